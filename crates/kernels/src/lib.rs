@@ -21,11 +21,11 @@
 
 pub mod activation;
 pub mod adaptive_pool;
+mod baselines;
 pub mod batch_norm;
 mod buffer;
 pub mod conv;
 pub mod deviation;
-pub mod double;
 pub mod dropout;
 mod fold;
 pub mod frozen;
@@ -38,13 +38,13 @@ pub mod optim;
 pub mod pointwise;
 pub mod pool;
 pub mod reduce;
-pub mod rocket;
 mod rows;
 pub mod simd;
 mod tile;
 mod view;
 mod window;
 
+pub use baselines::{double, rocket};
 pub use buffer::Buffer;
 pub use view::{AffineView, Rectifier};
 pub use window::{Window3, axes3};
