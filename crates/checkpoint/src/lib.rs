@@ -32,16 +32,16 @@ pub use network::{network_from_bytes, network_to_bytes, read_network, write_netw
 pub use safetensors::{from_bytes, to_bytes};
 
 /// The format of a file, by its ending.
-enum Format {
+enum FileType {
     Safetensors,
     Pth,
 }
 
-impl Format {
+impl FileType {
     fn of(path: &Path) -> std::result::Result<Self, Cause> {
         match path.extension().and_then(|e| e.to_str()) {
-            Some("safetensors") => Ok(Format::Safetensors),
-            Some("pth" | "pt") => Ok(Format::Pth),
+            Some("safetensors") => Ok(FileType::Safetensors),
+            Some("pth" | "pt") => Ok(FileType::Pth),
             _ => Err(Cause::Kind),
         }
     }
@@ -53,9 +53,9 @@ impl Format {
 /// # Errors
 /// A file that is missing, broken or of another kind, and tensors that are not floating point.
 pub fn read(path: &Path) -> Result<(Weights, Option<String>)> {
-    let weights = || match Format::of(path)? {
-        Format::Safetensors => from_bytes(&std::fs::read(path)?),
-        Format::Pth => Ok((read_pth(path)?, None)),
+    let weights = || match FileType::of(path)? {
+        FileType::Safetensors => from_bytes(&std::fs::read(path)?),
+        FileType::Pth => Ok((read_pth(path)?, None)),
     };
     weights().map_err(|cause| Error::new(path, cause))
 }
@@ -65,13 +65,13 @@ pub fn read(path: &Path) -> Result<(Weights, Option<String>)> {
 /// # Errors
 /// A file that is missing, broken or of another kind. Values are not read, so damage there is not seen.
 pub fn read_text(path: &Path) -> Result<Option<String>> {
-    let text = || match Format::of(path)? {
-        Format::Safetensors => {
+    let text = || match FileType::of(path)? {
+        FileType::Safetensors => {
             let mut file = File::open(path)?;
             let length = file.metadata()?.len();
             safetensors::read_text(&mut file, length)
         }
-        Format::Pth => Ok(None),
+        FileType::Pth => Ok(None),
     };
     text().map_err(|cause| Error::new(path, cause))
 }

@@ -24,7 +24,7 @@ fn num_batches_tracked_is_let_pass() {
 }
 
 #[test]
-fn what_cannot_be_read_says_the_way_out() {
+fn what_cannot_be_read_says_how_to_fix_it() {
     assert!(refusal(&file("int64.safetensors")).contains("is I64; expected F32, F64, F16 or BF16"));
     assert!(refusal(&file("none.safetensors")).contains("No such file"));
     let folder = tempfile::tempdir().unwrap();
@@ -41,7 +41,7 @@ fn what_cannot_be_read_says_the_way_out() {
 
 #[cfg(not(feature = "pth"))]
 #[test]
-fn without_its_reader_pytorchs_format_is_refused_with_the_way_out() {
+fn without_its_reader_pytorchs_format_is_refused_with_a_way_to_fix_it() {
     let message = refusal(&file("state_dict.pth"));
     assert!(
         message.contains("save it as .safetensors, or build taxel with `--features candle`"),

@@ -20,7 +20,7 @@ fn a_state_dict_is_read() {
 }
 
 #[test]
-fn what_cannot_be_read_says_the_way_out() {
+fn what_cannot_be_read_says_how_to_fix_it() {
     let folder = tempfile::tempdir().unwrap();
     let text = folder.path().join("w.pt");
     fs::write(&text, "weights").unwrap();

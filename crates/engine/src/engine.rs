@@ -173,13 +173,13 @@ impl Engine {
     }
 
     /// From now on, training passes gather batch-norm statistics over everything they see.
-    pub fn begin_population(&mut self) {
-        self.state.begin_population(&self.compiled);
+    pub fn begin_recomputing(&mut self) {
+        self.state.begin_recomputing(&self.compiled);
     }
 
     /// Running statistics become mean and variance over all training passes since
-    /// [`Engine::begin_population`]; without such a pass they stay.
-    pub fn end_population(&mut self) {
-        self.state.end_population(&self.compiled);
+    /// [`Engine::begin_recomputing`]; without such a pass they stay.
+    pub fn end_recomputing(&mut self) {
+        self.state.end_recomputing(&self.compiled);
     }
 }

@@ -71,14 +71,14 @@ impl NormLayout {
     }
 
     /// Running mean and variance become those of all that was gathered; of nothing they stay.
-    pub fn set_running(&self, population: &Moments, buffers: &mut [f32]) {
-        if population.count == 0.0 {
+    pub fn set_running(&self, gathered: &Moments, buffers: &mut [f32]) {
+        if gathered.count == 0.0 {
             return;
         }
         let (mean, var) = buffers[self.buffers.clone()].split_at_mut(self.channels);
         for c in 0..self.channels {
-            mean[c] = population.mean[c] as f32;
-            var[c] = (population.deviations[c] / population.count) as f32;
+            mean[c] = gathered.mean[c] as f32;
+            var[c] = (gathered.deviations[c] / gathered.count) as f32;
         }
     }
 }

@@ -20,8 +20,8 @@ pub(crate) struct EngineState {
     pub packed: Vec<Vec<f32>>,
     /// Whether that is still so.
     is_packed: bool,
-    /// Of every batch norm what training passes have gathered since [`EngineState::begin_population`].
-    populations: Vec<Option<Moments>>,
+    /// Of every batch norm what training passes have gathered since [`EngineState::begin_recomputing`].
+    gathered: Vec<Option<Moments>>,
     optimizer: OptimizerMemory,
     /// Seed of the dropout masks, and training passes so far.
     pub dropout: (u64, u64),
@@ -36,7 +36,7 @@ impl EngineState {
             buffers: vec![0.0; compiled.sizes.buffers],
             packed: vec![vec![]; compiled.nodes.len()],
             is_packed: false,
-            populations: vec![None; compiled.norms.len()],
+            gathered: vec![None; compiled.norms.len()],
             optimizer: OptimizerMemory::default(),
             dropout: (0, 0),
         };
@@ -138,27 +138,27 @@ impl EngineState {
         self.optimizer.adam(params, gradients, settings, decoupled, &compiled.spared);
     }
 
-    /// Running statistics of batch norm `number` move to a batch's, or its population grows.
+    /// Moves the running statistics of batch norm `number` towards a batch's, or gathers the batch.
     pub fn see_batch(&mut self, compiled: &Compiled, number: usize, batch: &Moments) {
-        match &mut self.populations[number] {
-            Some(population) => population.add_all(batch),
+        match &mut self.gathered[number] {
+            Some(moments) => moments.add_all(batch),
             None => compiled.norms[number].move_running(batch, &mut self.buffers),
         }
     }
 
     /// From now on, training passes gather statistics over everything they see. Batch norms that keep theirs
     /// see nothing.
-    pub fn begin_population(&mut self, compiled: &Compiled) {
-        for (population, norm) in self.populations.iter_mut().zip(&compiled.norms) {
-            *population = Some(Moments::new(norm.channels));
+    pub fn begin_recomputing(&mut self, compiled: &Compiled) {
+        for (moments, norm) in self.gathered.iter_mut().zip(&compiled.norms) {
+            *moments = Some(Moments::new(norm.channels));
         }
     }
 
     /// Running statistics become those gathered; without any they stay.
-    pub fn end_population(&mut self, compiled: &Compiled) {
-        for (population, norm) in self.populations.iter_mut().zip(&compiled.norms) {
-            if let Some(population) = population.take() {
-                norm.set_running(&population, &mut self.buffers);
+    pub fn end_recomputing(&mut self, compiled: &Compiled) {
+        for (moments, norm) in self.gathered.iter_mut().zip(&compiled.norms) {
+            if let Some(moments) = moments.take() {
+                norm.set_running(&moments, &mut self.buffers);
             }
         }
     }

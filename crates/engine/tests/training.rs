@@ -226,14 +226,14 @@ fn frozen_batch_norms_with_renewed_statistics_are_as_all_others() {
         }
         for begins in [false, true] {
             if begins {
-                all.begin_population();
-                some.begin_population();
+                all.begin_recomputing();
+                some.begin_recomputing();
                 pass(&mut all, 5, 1);
                 pass(&mut some, 5, 1);
-                all.end_population();
-                some.end_population();
+                all.end_recomputing();
+                some.end_recomputing();
             }
-            // Running averages first, then the whole population.
+            // Running averages first, then the whole training set.
             assert_eq!(all.weights(), some.weights(), "{names:?}");
         }
         assert!(some.weights().get("left.bn.running_mean") != weights(&graph).get("left.bn.running_mean"));
@@ -257,9 +257,9 @@ fn frozen_batch_norms_use_and_keep_running_statistics() {
     let options = EngineOptions { batch: twin.batch, frozen: norms.clone(), ..EngineOptions::default() };
     let mut engine = Engine::new(&graph, &twin.weights(), options).unwrap();
     let eval = engine.forward(&xs, twin.batch, Mode::Eval).unwrap().to_vec();
-    engine.begin_population();
+    engine.begin_recomputing();
     assert_eq!(engine.forward(&xs, twin.batch, Mode::Train).unwrap(), eval);
-    engine.end_population();
+    engine.end_recomputing();
     engine.forward(&xs, twin.batch, Mode::Train).unwrap();
     engine.backward(&twin.labels()).unwrap();
     let gradients = engine.gradients();

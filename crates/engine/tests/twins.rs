@@ -82,18 +82,18 @@ fn five_steps_of_sgdm() {
 }
 
 #[test]
-fn population_statistics() {
+fn recomputed_statistics() {
     for twin in Twin::all() {
         let (graph, mut engine) = compile(&twin, 2);
         let before = engine.weights();
-        engine.begin_population();
+        engine.begin_recomputing();
         for salt in [500, 600] {
             let inputs = twin.inputs(&graph, salt);
             engine.forward(&slices(&inputs), twin.batch, Mode::Train).unwrap();
         }
         let during = engine.weights();
         assert_eq!(during, before, "{}: gathering must not move anything", twin.name);
-        engine.end_population();
+        engine.end_recomputing();
         let weights = engine.weights();
         let values = twin.tolerance().values;
         twin.assert_digests("population", |name| weights.get(name).map(|t| t.data.clone()), values);

@@ -220,7 +220,7 @@ impl Results {
                 || format!("{name} with {} batch-norm statistics: {}", kind.name(), changes.join(", "));
             (!changes.is_empty()).then(words)
         };
-        [BatchNorm::Moving, BatchNorm::Population].into_iter().filter_map(line).collect()
+        [BatchNorm::Running, BatchNorm::Recomputed].into_iter().filter_map(line).collect()
     }
 }
 

@@ -79,7 +79,7 @@ impl RunFolder {
         let reason = format!(
             "{}, data {trained_on}, seed {drawn}, and not the model of fold {key}; {}",
             who(model.card()),
-            way_out(&record_path)
+            how_to_fix(&record_path)
         );
         Err(Error::damaged(&path, reason))
     }
@@ -113,7 +113,7 @@ fn who(card: &Card) -> String {
     }
 }
 
-fn way_out(record: &Path) -> String {
+fn how_to_fix(record: &Path) -> String {
     let record = record.display();
     format!("copy the right file back, or delete {record} and resume the run: that fold is trained again")
 }
@@ -122,7 +122,7 @@ fn foreign(path: &Path, record: &Path, card: &Card, (here, wanted): (&str, &str)
     let reason = format!(
         "{}, and not the model that its fold wrote (digest {here}, the fold's is {wanted}); {}",
         who(card),
-        way_out(record)
+        how_to_fix(record)
     );
     Error::damaged(path, reason)
 }

@@ -155,7 +155,7 @@ impl<'d> Learner<'d> {
             steps: rows.len().div_ceil(batch),
             batch,
             has_norms,
-            settled: recipe.batch_norm == BatchNorm::Moving,
+            settled: recipe.batch_norm == BatchNorm::Running,
             objective: Objective::new(recipe, labels, rows),
             engine,
             first,
@@ -218,7 +218,7 @@ impl<'d> Learner<'d> {
     /// # Errors
     /// An error of the engine.
     pub fn settle(&mut self, rows: &[usize], hooks: &Hooks) -> Result<bool> {
-        if !self.settled && !self.population(rows, hooks)? {
+        if !self.settled && !self.recompute(rows, hooks)? {
             return Ok(false);
         }
         self.settled = true;
@@ -230,11 +230,11 @@ impl<'d> Learner<'d> {
     ///
     /// # Errors
     /// An error of the engine.
-    pub fn population(&mut self, rows: &[usize], hooks: &Hooks) -> Result<bool> {
+    pub fn recompute(&mut self, rows: &[usize], hooks: &Hooks) -> Result<bool> {
         if !self.has_norms {
             return Ok(true);
         }
-        self.engine.begin_population();
+        self.engine.begin_recomputing();
         self.engine.set_dropout(self.dropout, 1 << 32);
         for rows in self.part.shuffle(rows, &self.part.purpose("population")).chunks(self.batch) {
             if hooks.is_cancelled() {
@@ -243,7 +243,7 @@ impl<'d> Learner<'d> {
             let pass = TrainingPass { occasion: "population", augment: None };
             self.feed.train(&mut self.engine, rows, pass)?;
         }
-        self.engine.end_population();
+        self.engine.end_recomputing();
         Ok(true)
     }
 

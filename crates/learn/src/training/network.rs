@@ -116,8 +116,8 @@ impl Training<'_> {
         let aside = Instant::now();
         let test = &self.set.fold.test;
         let mut other = match recipe.batch_norm {
-            BatchNorm::Population if learner.has_norms && !learner.settled => {
-                Some((BatchNorm::Moving, learner.test_scores(test)?))
+            BatchNorm::Recomputed if learner.has_norms && !learner.settled => {
+                Some((BatchNorm::Running, learner.test_scores(test)?))
             }
             _ => None,
         };
@@ -134,11 +134,11 @@ impl Training<'_> {
         if let Some(&bad) = probabilities.iter().find(|p| !p.is_finite()) {
             return Err(learner.diverged_at_the_end(bad));
         }
-        if recipe.batch_norm == BatchNorm::Moving && learner.has_norms {
-            if !learner.population(rows, hooks)? {
+        if recipe.batch_norm == BatchNorm::Running && learner.has_norms {
+            if !learner.recompute(rows, hooks)? {
                 return Ok(None);
             }
-            other = Some((BatchNorm::Population, learner.test_scores(test)?));
+            other = Some((BatchNorm::Recomputed, learner.test_scores(test)?));
         }
         let other_statistics = other
             .filter(|(_, (loss, _))| loss.is_finite() && !test.is_empty())
@@ -191,8 +191,8 @@ impl Training<'_> {
         )
         .map_err(|error| match error {
             taxel_data::Error::NothingToHoldBack { .. } => {
-                let way_out = "give another share, record more samples or leave the table out";
-                Problem::new(key, share, format!("{error}; {way_out}")).into()
+                let how_to_fix = "give another share, record more samples or leave the table out";
+                Problem::new(key, share, format!("{error}; {how_to_fix}")).into()
             }
             other => other.into(),
         })
@@ -278,7 +278,7 @@ impl Training<'_> {
             }
             let Some(mut line) = learner.epoch(epoch, rows, hooks)? else { return Ok(None) };
             if let Some(stopping) = recipe.early_stopping.as_ref().filter(|_| !validation.is_empty()) {
-                if recipe.batch_norm == BatchNorm::Population && !learner.population(rows, hooks)? {
+                if recipe.batch_norm == BatchNorm::Recomputed && !learner.recompute(rows, hooks)? {
                     return Ok(None);
                 }
                 let metric = stopping.by.metric("train.early_stopping.by", &self.set.dataset.task())?;

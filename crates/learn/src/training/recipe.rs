@@ -21,17 +21,19 @@ pub(crate) const LARGEST_BATCH: usize = 65_536;
 pub enum BatchNorm {
     /// Mean and variance over the whole training set (MATLAB's; presumably that of the first four of `docs/papers.md`).
     #[default]
-    Population,
+    #[serde(rename = "population")]
+    Recomputed,
     /// The running averages of training (PyTorch's; presumably that of Zhang et al. 2022).
-    Moving,
+    #[serde(rename = "moving")]
+    Running,
 }
 
 impl BatchNorm {
     /// The name in a config.
     pub fn name(self) -> &'static str {
         match self {
-            BatchNorm::Population => "population",
-            BatchNorm::Moving => "moving",
+            BatchNorm::Recomputed => "population",
+            BatchNorm::Running => "moving",
         }
     }
 }
