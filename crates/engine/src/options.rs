@@ -1,5 +1,7 @@
 //! How a graph is compiled, as the caller says it.
 
+use serde::{Deserialize, Serialize};
+
 /// How a graph is compiled.
 #[derive(Debug, Clone)]
 pub struct EngineOptions {
@@ -18,7 +20,8 @@ pub struct EngineOptions {
 }
 
 /// Which parameters the weight decay of optimisers touches.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Decay {
     /// All of them, as PyTorch's optimisers do.
     #[default]
@@ -29,13 +32,14 @@ pub enum Decay {
 }
 
 /// The treatment of the running statistics of frozen batch norms; their weight and bias stay.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum FrozenStatistics {
     /// They are used in training and kept (PyTorch: `requires_grad_(False)` and `eval()`).
     #[default]
     Kept,
-    /// As of all other batch norms: training uses a batch's, and moves them (PyTorch: `requires_grad_(False)`
-    /// alone; MATLAB, which freezes by a learning rate of zero).
+    /// As of all other batch norms: training uses a batch's, and moves them (PyTorch: `requires_grad_(False)` only). So
+    /// does a learning rate of zero in MATLAB R2019a, with which Rouhafzay et al. 2021 freeze (sections 1 and 4).
     Renewed,
 }
 

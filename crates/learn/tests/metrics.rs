@@ -5,7 +5,7 @@
 use serde_json::Value;
 use taxel_learn::metrics::{
     BINS, ClassScores, Clusters, Confusion, LevelScores, Levels, MacroScores, Scores, argmax, brier,
-    calibration_error, log_loss, mean_log_loss, mean_sd, quantile, softmax,
+    calibration_error, log_loss, mean_sd, quantile, softmax,
 };
 
 fn labels(value: &Value) -> Vec<u32> {
@@ -162,7 +162,7 @@ fn probabilities_of_several_attributes_are_scored_attribute_by_attribute() {
         |of: fn(&[f32], &[u32], usize) -> f64| mean(of(&first, &[0, 1, 0], 2), of(&second, &[1, 1, 2], 3));
     close("calibration error", error, each(|p, t, n| calibration_error(p, t, n, BINS).unwrap()));
     close("brier", score, each(|p, t, n| brier(p, t, n).unwrap()));
-    let loss = mean_log_loss(&both, &truth, &[2, 3]).unwrap();
+    let loss = levels.log_loss(&both, &truth).unwrap();
     close("log loss", loss, each(|p, t, n| log_loss(p, t, n).unwrap()));
     assert!(error > 0.05 && score > 0.05 && loss > 0.05, "{error} {score} {loss}");
     assert!(levels.calibration(&both, &[0, 1, 1, 1, 0, 3]).is_err());

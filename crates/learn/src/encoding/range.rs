@@ -1,7 +1,6 @@
 //! The range of an image: a word or a table of two numbers.
 
 use serde::de::{MapAccess, Visitor};
-use serde::ser::SerializeMap;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 /// `"per-sample"`, or `{ low, high }` in the unit of the readings.
@@ -32,12 +31,7 @@ impl Serialize for Range {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match *self {
             Range::PerSample => serializer.serialize_str("per-sample"),
-            Range::Fixed { low, high } => {
-                let mut map = serializer.serialize_map(Some(2))?;
-                map.serialize_entry("low", &low)?;
-                map.serialize_entry("high", &high)?;
-                map.end()
-            }
+            Range::Fixed { low, high } => serializer.collect_map([("low", low), ("high", high)]),
         }
     }
 }

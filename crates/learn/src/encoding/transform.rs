@@ -113,22 +113,24 @@ impl Transform {
         ))
     }
 
-    fn has_edges(&self) -> bool {
+    /// Returns the transform that makes the input, behind those that only change raw samples.
+    fn last(&self) -> &Transform {
         match self {
-            Transform::Image(_)
-            | Transform::Picture { .. }
-            | Transform::Electrodes { .. }
-            | Transform::Tensor { .. } => true,
             Transform::Baseline { then, .. }
             | Transform::Series { then, .. }
-            | Transform::Reduced { then, .. } => then.has_edges(),
-            Transform::Signal(_)
-            | Transform::QuantileCode(_)
-            | Transform::Rocket(_)
-            | Transform::Field(_)
-            | Transform::Numatac { .. }
-            | Transform::Rows(_) => false,
+            | Transform::Reduced { then, .. } => then.last(),
+            _ => self,
         }
+    }
+
+    fn has_edges(&self) -> bool {
+        matches!(
+            self.last(),
+            Transform::Image(_)
+                | Transform::Picture { .. }
+                | Transform::Electrodes { .. }
+                | Transform::Tensor { .. }
+        )
     }
 
     /// Whether every sample is scaled by its own range: twice the readings give the same input.
@@ -142,42 +144,30 @@ impl Transform {
 
     /// The last axes of what it makes of any sample; empty where those are the sample's own.
     pub(crate) fn sizes(&self) -> Vec<usize> {
-        match self {
+        match self.last() {
             Transform::Field(field) => vec![field.gaf.size; 2],
             Transform::Picture { resize: Some(resize), .. } => vec![resize.height, resize.width],
             Transform::Tensor { tensor: TactileTensor { frames: Some(frames) }, .. } => vec![*frames],
             Transform::Numatac { numatac, .. } => vec![numatac.window],
-            Transform::Series { then, .. }
-            | Transform::Baseline { then, .. }
-            | Transform::Reduced { then, .. } => then.sizes(),
             _ => vec![],
         }
     }
 
     /// Shape of one sample once what [`Transform::shape`] gives is scaled.
     pub(super) fn scaled_shape(&self, shape: &[usize]) -> Vec<usize> {
-        match (self, shape) {
+        match (self.last(), shape) {
             (Transform::QuantileCode(code), &[channels, length]) => code.shape(channels, length).to_vec(),
             (Transform::Rocket(rocket), _) => vec![rocket.width()],
-            (
-                Transform::Series { then, .. }
-                | Transform::Baseline { then, .. }
-                | Transform::Reduced { then, .. },
-                shape,
-            ) => then.scaled_shape(shape),
             _ => shape.to_vec(),
         }
     }
 
     /// Name of the input that it makes.
     pub(super) fn input(&self) -> &'static str {
-        match self {
+        match self.last() {
             Transform::Signal(_) | Transform::QuantileCode(_) => SIGNAL,
             Transform::Rocket(_) => ROCKET,
             Transform::Tensor { .. } => TENSOR,
-            Transform::Baseline { then, .. }
-            | Transform::Series { then, .. }
-            | Transform::Reduced { then, .. } => then.input(),
             _ => IMAGE,
         }
     }

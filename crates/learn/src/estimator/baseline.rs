@@ -80,7 +80,7 @@ impl Estimator for Baseline {
     }
 
     fn costs(&self) -> Costs {
-        Costs { parameters: 0, bytes: 0, macs: 0, flops: 0 }
+        Costs::default()
     }
 
     fn identify(&self, identity: &mut Value) {

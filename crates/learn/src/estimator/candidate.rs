@@ -94,25 +94,20 @@ impl Candidate {
     /// A network under the name of its graph.
     pub fn network(graph: Graph, recipe: Recipe) -> Self {
         let name = graph.name().to_string();
-        let estimator = Arc::new(Trainable { graph, recipe, search: None, start: None });
-        Candidate {
-            zoo: name.clone(),
-            name,
-            estimator,
-            paper: String::new(),
-            settings: Map::new(),
-            published: None,
-            twin: None,
-        }
+        Self::new(name, "", Arc::new(Trainable { graph, recipe, search: None, start: None }))
     }
 
     /// A baseline under its own name.
     pub fn baseline(method: Method) -> Self {
+        Self::new(method.name().into(), method.reference(), Arc::new(Baseline { method, faults: None }))
+    }
+
+    fn new(name: String, paper: &str, estimator: Arc<dyn Estimator>) -> Self {
         Candidate {
-            name: method.name().into(),
-            estimator: Arc::new(Baseline { method, faults: None }),
-            zoo: method.name().into(),
-            paper: method.reference().into(),
+            zoo: name.clone(),
+            name,
+            estimator,
+            paper: paper.into(),
             settings: Map::new(),
             published: None,
             twin: None,

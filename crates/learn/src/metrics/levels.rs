@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use taxel_data::Task;
 
 use crate::error::Result;
-use crate::metrics::{BINS, ClassScores, Confusion, MacroScores, argmax, brier, calibration_error};
+use crate::metrics::{BINS, ClassScores, Confusion, MacroScores, argmax, brier, calibration_error, log_loss};
 
 /// Several attributes, each one level out of its own outputs.
 ///
@@ -74,23 +74,48 @@ impl Levels {
         levels
     }
 
+    /// Returns probabilities `[n, outputs]` and labels `[n, attributes]` of each attribute, with the number of its levels.
+    fn of_each(&self, probabilities: &[f32], labels: &[u32]) -> Vec<(Vec<f32>, Vec<u32>, usize)> {
+        let outputs = self.outputs().max(1);
+        let mut first = 0;
+        let of_attribute = |(attribute, &size): (usize, &usize)| {
+            let rows = probabilities.chunks_exact(outputs);
+            let of_size = rows.flat_map(|row| &row[first..first + size]).copied().collect();
+            first += size;
+            (of_size, self.column(labels, attribute), size)
+        };
+        self.sizes.iter().enumerate().map(of_attribute).collect()
+    }
+
+    /// Returns the labels of one attribute out of `[n, attributes]`.
+    fn column(&self, labels: &[u32], attribute: usize) -> Vec<u32> {
+        labels.iter().skip(attribute).step_by(self.sizes.len().max(1)).copied().collect()
+    }
+
     /// Expected calibration error in [`BINS`] bins and Brier score of probabilities `[n, outputs]`, means over
     /// the attributes.
     ///
     /// # Errors
     /// No samples, or labels `[n, attributes]` that do not fit.
     pub fn calibration(&self, probabilities: &[f32], truth: &[u32]) -> Result<(f64, f64)> {
-        let (outputs, width) = (self.outputs().max(1), self.sizes.len().max(1));
-        let (mut first, mut sums) = (0, (0.0, 0.0));
-        for (attribute, &size) in self.sizes.iter().enumerate() {
-            let rows = probabilities.chunks_exact(outputs);
-            let of_attribute: Vec<f32> = rows.flat_map(|row| &row[first..first + size]).copied().collect();
-            let truth: Vec<u32> = truth.iter().skip(attribute).step_by(width).copied().collect();
-            sums.0 += calibration_error(&of_attribute, &truth, size, BINS)?;
-            sums.1 += brier(&of_attribute, &truth, size)?;
-            first += size;
+        let (width, mut sums) = (self.sizes.len().max(1), (0.0, 0.0));
+        for (probabilities, truth, size) in self.of_each(probabilities, truth) {
+            sums.0 += calibration_error(&probabilities, &truth, size, BINS)?;
+            sums.1 += brier(&probabilities, &truth, size)?;
         }
         Ok((sums.0 / width as f64, sums.1 / width as f64))
+    }
+
+    /// The mean over the attributes of [`log_loss`]: probabilities are `[n, outputs]`, labels `[n, attributes]`.
+    ///
+    /// # Errors
+    /// As [`Levels::calibration`].
+    pub fn log_loss(&self, probabilities: &[f32], truth: &[u32]) -> Result<f64> {
+        let (width, mut loss) = (self.sizes.len().max(1), 0.0);
+        for (probabilities, truth, size) in self.of_each(probabilities, truth) {
+            loss += log_loss(&probabilities, &truth, size)? / width as f64;
+        }
+        Ok(loss)
     }
 
     /// Scores of each attribute; labels and predictions are `[n, attributes]`.
@@ -98,13 +123,9 @@ impl Levels {
     /// # Errors
     /// No or unequally many labels, or a level that does not exist.
     pub fn scores(&self, truth: &[u32], predicted: &[u32]) -> Result<Vec<LevelScores>> {
-        let width = self.sizes.len().max(1);
         let of = |(attribute, &size): (usize, &usize)| {
-            let column =
-                |labels: &[u32]| labels.iter().skip(attribute).step_by(width).copied().collect::<Vec<_>>();
-            let (truth, predicted) = (column(truth), column(predicted));
-            let confusion = Confusion::new(&truth, &predicted, size)?;
-            Ok(LevelScores::of(confusion))
+            let (truth, predicted) = (self.column(truth, attribute), self.column(predicted, attribute));
+            Ok(LevelScores::of(Confusion::new(&truth, &predicted, size)?))
         };
         self.sizes.iter().enumerate().map(of).collect()
     }

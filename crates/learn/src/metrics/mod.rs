@@ -33,7 +33,7 @@ pub use scores::Scores;
 pub use table::{Direction, Metric, MetricUnit, metrics};
 pub use taxel_baselines::softmax;
 
-pub use probabilities::{BINS, brier, calibration_error, log_loss, mean_log_loss};
+pub use probabilities::{BINS, brier, calibration_error, log_loss};
 
 /// Precision, recall and F1 of one class, each in `[0, 1]`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use taxel_data::{Targets, Task};
 
 use crate::error::Result;
-use crate::metrics::{Levels, mean_log_loss};
+use crate::metrics::Levels;
 
 /// True targets of test samples beside what was predicted.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -67,7 +67,7 @@ impl Outcome {
     pub fn loss(&self, task: &Task) -> Result<f64> {
         match self {
             Outcome::Labels { truth, probabilities, .. } => {
-                mean_log_loss(probabilities, truth, Levels::of_task(task).sizes())
+                Levels::of_task(task).log_loss(probabilities, truth)
             }
             Outcome::Values { truth, predicted } => {
                 let squares =

@@ -70,21 +70,3 @@ pub fn log_loss(probabilities: &[f32], truth: &[u32], classes: usize) -> Result<
     let sum: f64 = rows.map(|(row, &t)| -f64::from(row[t as usize].max(f32::MIN_POSITIVE)).ln()).sum();
     Ok(sum / truth.len() as f64)
 }
-
-/// The mean over attributes of [`log_loss`]: probabilities are `[n, outputs]`, labels `[n, attributes]`, and
-/// `sizes` the levels of each attribute.
-///
-/// # Errors
-/// As [`calibration_error`].
-pub fn mean_log_loss(probabilities: &[f32], truth: &[u32], sizes: &[usize]) -> Result<f64> {
-    let (outputs, width) = (sizes.iter().sum::<usize>().max(1), sizes.len().max(1));
-    let (mut first, mut loss) = (0, 0.0);
-    for (attribute, &size) in sizes.iter().enumerate() {
-        let rows = probabilities.chunks_exact(outputs);
-        let of_attribute: Vec<f32> = rows.flat_map(|row| &row[first..first + size]).copied().collect();
-        let truth: Vec<u32> = truth.iter().skip(attribute).step_by(width).copied().collect();
-        loss += log_loss(&of_attribute, &truth, size)? / width as f64;
-        first += size;
-    }
-    Ok(loss)
-}

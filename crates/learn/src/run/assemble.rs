@@ -142,17 +142,16 @@ fn write_predictions(path: &Path, results: &Results, records: &[FoldRecord]) -> 
         }
         let shape = |values: usize| if values == n { vec![n] } else { vec![n, values / n] };
         let Outcomes { labels, values, probabilities } = Outcomes::of(&of_row);
-        for (array, column) in ["true", "predicted"].into_iter().zip(&labels) {
-            if results.task.quantities().is_empty() {
-                archive.add(&name(array), &shape(column.len()), column).map_err(io)?;
-            }
+        let is_labels = results.task.quantities().is_empty();
+        for (array, (labels, values)) in ["true", "predicted"].into_iter().zip(labels.iter().zip(&values)) {
+            let added = if is_labels {
+                archive.add(&name(array), &shape(labels.len()), labels)
+            } else {
+                archive.add(&name(array), &shape(values.len()), values)
+            };
+            added.map_err(io)?;
         }
-        for (array, column) in ["true", "predicted"].into_iter().zip(&values) {
-            if !results.task.quantities().is_empty() {
-                archive.add(&name(array), &shape(column.len()), column).map_err(io)?;
-            }
-        }
-        if results.task.quantities().is_empty() {
+        if is_labels {
             let shape = [n, results.task.outputs()];
             archive.add(&name("probabilities"), &shape, &probabilities).map_err(io)?;
         }

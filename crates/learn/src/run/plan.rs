@@ -207,19 +207,9 @@ fn empty_row(row: &PlannedRow, candidate: &Candidate, drawn: Vec<String>) -> Net
         paper: candidate.paper.clone(),
         settings: candidate.settings.clone(),
         drawn,
-        changes: vec![],
-        other_statistics: None,
-        diverged: 0,
         costs: candidate.estimator.costs(),
-        folds: vec![],
-        mean: None,
-        sd: None,
-        interval: None,
-        confusion: None,
-        look_alikes: None,
-        attributes: vec![],
         published: candidate.published.clone(),
         hardening: hardening(row, candidate),
-        quantized: None,
+        ..NetworkResults::default()
     }
 }

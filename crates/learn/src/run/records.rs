@@ -200,7 +200,7 @@ pub struct Timing {
 }
 
 /// Costs of one sample.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Costs {
     /// Trained values.
     pub parameters: u64,

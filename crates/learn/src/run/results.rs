@@ -39,7 +39,7 @@ pub struct FoldScores {
 }
 
 /// One network of `results.json`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct NetworkResults {
     /// Name of the row.
     pub network: String,

@@ -3,36 +3,34 @@
 use std::sync::Arc;
 
 use rand::RngExt;
-use taxel_data::{Dataset, Key, Labels, Targets, Task};
+use taxel_data::{Key, Labels, Task};
 use taxel_engine::{Engine, EngineOptions, Mode};
 use taxel_graph::{Graph, Halves, Op, Weights};
 
 use crate::encoding::{Encoded, Input};
 use crate::error::{Error, Result};
+use crate::estimator::estimator::TrainingSet;
+use crate::estimator::trainable::Trainable;
 use crate::metrics::{Metric, Outcome};
 use crate::model::responder::Responder;
 use crate::training::breaker::Breaker;
 use crate::training::epoch::Epoch;
-use crate::training::feature_cache::{
-    CachedFeatures, FeatureCache, halves, is_norm, predict_alike, unchanged_nodes,
-};
+use crate::training::feature_cache::{CachedFeatures, halves, is_norm, predict_alike, unchanged_nodes};
 use crate::training::feed::{Feed, TrainingPass, read_by};
 use crate::training::hooks::Hooks;
 use crate::training::objective::Objective;
 use crate::training::part::TrainingKey;
 use crate::training::recipe::{BatchNorm, Recipe};
-use crate::training::teacher::Teacher;
 
 /// Test samples that are gathered at a time.
 const AT_ONCE: usize = 64;
 
 /// An engine with what it learns.
 pub(crate) struct Learner<'d> {
-    name: String,
-    part: TrainingKey,
+    network: &'d Trainable,
+    set: &'d TrainingSet<'d>,
     dropout: u64,
     recipe: Recipe,
-    targets: &'d Targets,
     task: Task,
     labels: &'d Labels,
     steps: usize,
@@ -49,81 +47,30 @@ pub(crate) struct Learner<'d> {
     first: Option<Weights>,
     /// The network in two, where tests may run one after the other.
     halves: Option<Halves>,
-    cache: &'d FeatureCache,
-    graph: &'d Graph,
-    threads: usize,
-    teacher: Option<&'d Teacher>,
-    inputs: &'d [Input],
     feed: Feed<'d>,
 }
 
-/// The settings of a learner.
-pub(crate) struct LearnerSpec<'t> {
-    pub name: &'t str,
-    pub graph: &'t Graph,
-    /// Tensors that it starts from; a head for another number of classes is drawn.
-    pub start: Option<&'t Weights>,
-    pub part: TrainingKey,
-    /// Worker threads; results do not depend on them.
-    pub threads: usize,
-    /// Whose predictions it learns from beside the labels.
-    pub teacher: Option<&'t Teacher>,
-    /// Features of frozen parts.
-    pub cache: &'t FeatureCache,
-}
-
-impl LearnerSpec<'_> {
-    /// Returns the weights that training starts from.
-    fn weights(&self, recipe: &Recipe) -> Result<Weights> {
-        let LearnerSpec { graph, part, .. } = *self;
-        let purpose = part.purpose(&format!("init/{}", graph.name()));
-        let mut weights = Weights::init(graph, recipe.init, part.seed, &purpose);
-        if let Some(start) = self.start {
-            weights.start_from(graph, start, false).map_err(taxel_engine::Error::from)?;
-        }
-        Ok(weights)
-    }
-
-    /// Builds the engine of the head alone, and what gives it the features of the frozen body; `options` are those of
-    /// the whole network.
-    fn engine_behind(
-        &self,
-        Halves { body, head }: &Halves,
-        weights: &Weights,
-        options: EngineOptions,
-        inputs: &[Input],
-    ) -> Result<(Engine, CachedFeatures)> {
-        let of_body = EngineOptions { frozen: vec![], ..options.clone() };
-        let inputs = encoded(body, inputs);
-        let features = CachedFeatures::learned(body, &weights.only(body), inputs, of_body, self.cache)?;
-        let frozen = left(head, self.graph, &options.frozen).map_err(taxel_engine::Error::from)?;
-        let options = EngineOptions { frozen, ..options };
-        Ok((Engine::new(head, &weights.only(head), options)?, features))
-    }
-}
-
 impl<'d> Learner<'d> {
-    /// A network with its first weights; `largest` is the most samples that it meets in one part.
+    /// A network with its first weights, to learn from `rows`.
     ///
     /// # Errors
     /// Weights or frozen nodes that do not fit the graph, an input that is not encoded.
     pub fn new(
-        work: &LearnerSpec<'d>,
+        network: &'d Trainable,
+        set: &'d TrainingSet<'d>,
         recipe: &Recipe,
-        dataset: &'d Dataset,
-        inputs: &'d [Input],
         rows: &[usize],
-        largest: usize,
     ) -> Result<Self> {
-        let LearnerSpec { graph, part, .. } = *work;
+        let (graph, dataset) = (&network.graph, set.dataset);
         let labels = dataset.labels()?;
-        let weights = work.weights(recipe)?;
-        let batch = recipe.batch_size.min(largest.max(rows.len())).max(1);
+        let weights = first_weights(network, set.part, recipe)?;
+        let largest = rows.len().max(set.fold.test.len()).max(set.fold.validation.len());
+        let batch = recipe.batch_size.min(largest).max(1);
         let options = EngineOptions {
             batch,
-            threads: work.threads,
+            threads: set.threads,
             frozen: recipe.frozen.clone(),
-            frozen_statistics: recipe.frozen_statistics.of_engine(),
+            frozen_statistics: recipe.frozen_statistics,
             decay: recipe.optimizer.decay(),
         };
         let unchanged = unchanged_nodes(graph, recipe).map_err(taxel_engine::Error::from)?;
@@ -131,25 +78,21 @@ impl<'d> Learner<'d> {
         let halves = halves(graph, recipe, dataset.len());
         let (engine, first, features) = match &halves {
             Some(halves) => {
-                let (engine, features) = work.engine_behind(halves, &weights, options, inputs)?;
+                let (engine, features) = engine_behind(halves, graph, set, &weights, options)?;
                 (engine, Some(weights), Some(features))
             }
             None => (Engine::new(graph, &weights, options)?, None, None),
         };
         let breaker = match &recipe.faults {
-            Some(faults) => Breaker::new(faults, dataset, rows, &read_by(graph, inputs), part)?,
+            Some(faults) => Breaker::new(faults, dataset, rows, &read_by(graph, set.inputs), set.part)?,
             None => None,
         };
-        let purpose = part.purpose(&format!("dropout/{}", graph.name()));
+        let purpose = set.part.purpose(&format!("dropout/{}", graph.name()));
         Ok(Learner {
-            name: work.name.into(),
-            part,
-            graph,
-            threads: work.threads,
-            teacher: work.teacher,
-            dropout: taxel_base::seed::rng(part.seed, &purpose).random(),
+            network,
+            set,
+            dropout: taxel_base::seed::rng(set.part.seed, &purpose).random(),
             recipe: recipe.clone(),
-            targets: &dataset.targets,
             task: dataset.task(),
             labels,
             steps: rows.len().div_ceil(batch),
@@ -160,9 +103,7 @@ impl<'d> Learner<'d> {
             engine,
             first,
             halves: halves.filter(predict_alike),
-            cache: work.cache,
-            inputs,
-            feed: Feed::new(graph, inputs)?.under(breaker).behind(features),
+            feed: Feed::new(graph, set.inputs)?.under(breaker).behind(features),
         })
     }
 
@@ -171,8 +112,8 @@ impl<'d> Learner<'d> {
     /// # Errors
     /// [`Error::Diverged`] for a loss that is not finite.
     pub fn epoch(&mut self, epoch: usize, rows: &[usize], hooks: &mut Hooks) -> Result<Option<Epoch>> {
-        let TrainingKey { seed, repetition, fold } = self.part;
-        let order = self.part.shuffled(rows, epoch);
+        let TrainingKey { seed, repetition, fold } = self.set.part;
+        let order = self.set.part.shuffled(rows, epoch);
         let lr = self.recipe.rate(epoch);
         let occasion = format!("e{epoch}");
         let (mut loss_sum, mut correct, mut seen) = (0.0, 0, 0);
@@ -189,7 +130,7 @@ impl<'d> Learner<'d> {
             correct += self.objective.correct(logits, &labels);
             seen += labels.len();
             let engine = &mut self.engine;
-            let taught = self.teacher.map(|teacher| (teacher, rows));
+            let taught = self.set.teacher.map(|teacher| (teacher, rows));
             let loss = self
                 .objective
                 .backward(&labels, taught, |loss, targets| engine.backward_with(loss, targets))?;
@@ -236,7 +177,7 @@ impl<'d> Learner<'d> {
         }
         self.engine.begin_recomputing();
         self.engine.set_dropout(self.dropout, 1 << 32);
-        for rows in self.part.shuffle(rows, &self.part.purpose("population")).chunks(self.batch) {
+        for rows in self.set.part.shuffle(rows, &self.set.part.purpose("population")).chunks(self.batch) {
             if hooks.is_cancelled() {
                 return Ok(false);
             }
@@ -260,15 +201,15 @@ impl<'d> Learner<'d> {
     /// # Errors
     /// An error of the runtime.
     pub fn test(&mut self, weights: &Weights, rows: &[usize]) -> Result<(Vec<f32>, f64)> {
-        let responder = |graph, weights| Responder::new(graph, weights, None, self.batch, self.threads);
+        let responder = |graph, weights| Responder::new(graph, weights, None, self.batch, self.set.threads);
         let each = self.batch.max(AT_ONCE);
         let (responder, mut features) = match &self.halves {
             Some(Halves { body, head }) => {
-                let (inputs, by) = (encoded(body, self.inputs), (each, self.threads));
-                let features = CachedFeatures::tested(body, &weights.only(body), inputs, by, self.cache)?;
+                let (inputs, by) = (encoded(body, self.set.inputs), (each, self.set.threads));
+                let features = CachedFeatures::tested(body, &weights.only(body), inputs, by, self.set.cache)?;
                 (responder(head, &weights.only(head))?, Some(features))
             }
-            None => (responder(self.graph, weights)?, None),
+            None => (responder(&self.network.graph, weights)?, None),
         };
         let mut logits = vec![];
         for rows in rows.chunks(each) {
@@ -308,7 +249,7 @@ impl<'d> Learner<'d> {
             return Ok(0.0);
         }
         self.objective.probabilities(&mut outputs);
-        let outcome = Outcome::new(self.targets, rows, outputs);
+        let outcome = Outcome::new(&self.set.dataset.targets, rows, outputs);
         Ok(match metric.terms(&self.task, &outcome) {
             Some(terms) => metric.unit.scale() * terms.iter().sum::<f64>() / terms.len() as f64,
             None => metric.of(&self.task, &outcome)?,
@@ -316,8 +257,8 @@ impl<'d> Learner<'d> {
     }
 
     fn diverged(&self, epoch: usize, batch: usize, loss: f32, lr: f64) -> Error {
-        let TrainingKey { repetition, fold, .. } = self.part;
-        let network = self.name.clone();
+        let TrainingKey { repetition, fold, .. } = self.set.part;
+        let network = self.set.name.into();
         Error::Diverged { network, repetition, fold, epoch, batch, loss, lr: lr as f32 }
     }
 
@@ -326,6 +267,34 @@ impl<'d> Learner<'d> {
         let last = self.recipe.epochs.saturating_sub(1);
         self.diverged(last, self.steps.saturating_sub(1), value, self.recipe.rate(last))
     }
+}
+
+/// Returns the weights that training starts from.
+fn first_weights(network: &Trainable, part: TrainingKey, recipe: &Recipe) -> Result<Weights> {
+    let graph = &network.graph;
+    let purpose = part.purpose(&format!("init/{}", graph.name()));
+    let mut weights = Weights::init(graph, recipe.init, part.seed, &purpose);
+    if let Some(start) = network.start.as_deref() {
+        weights.start_from(graph, start, false).map_err(taxel_engine::Error::from)?;
+    }
+    Ok(weights)
+}
+
+/// Builds the engine of the head only, and the cache that gives it the features of the frozen body; `options` are those
+/// of the whole network.
+fn engine_behind(
+    Halves { body, head }: &Halves,
+    graph: &Graph,
+    set: &TrainingSet,
+    weights: &Weights,
+    options: EngineOptions,
+) -> Result<(Engine, CachedFeatures)> {
+    let of_body = EngineOptions { frozen: vec![], ..options.clone() };
+    let inputs = encoded(body, set.inputs);
+    let features = CachedFeatures::learned(body, &weights.only(body), inputs, of_body, set.cache)?;
+    let frozen = left(head, graph, &options.frozen).map_err(taxel_engine::Error::from)?;
+    let options = EngineOptions { frozen, ..options };
+    Ok((Engine::new(head, &weights.only(head), options)?, features))
 }
 
 /// Returns the inputs that `graph` reads, in its order.

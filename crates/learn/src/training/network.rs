@@ -15,7 +15,7 @@ use crate::run::records::OtherStatistics;
 use crate::training::epoch::Epoch;
 use crate::training::feature_cache::halves;
 use crate::training::hooks::Hooks;
-use crate::training::learner::{Learner, LearnerSpec};
+use crate::training::learner::Learner;
 use crate::training::part::TrainingKey;
 use crate::training::recipe::{BatchNorm, Recipe};
 use crate::training::session::{Best, Session};
@@ -254,17 +254,7 @@ impl Training<'_> {
         hooks: &mut Hooks,
     ) -> Result<Option<Learner<'_>>> {
         let recipe = &recipe.for_samples(rows.len());
-        let work = LearnerSpec {
-            name: self.set.name,
-            graph: &self.network.graph,
-            start: self.network.start.as_deref(),
-            part: self.set.part,
-            threads: self.set.threads,
-            teacher: self.set.teacher,
-            cache: self.set.cache,
-        };
-        let largest = self.set.fold.test.len().max(self.set.fold.validation.len());
-        let mut learner = Learner::new(&work, recipe, self.set.dataset, self.set.inputs, rows, largest)?;
+        let mut learner = Learner::new(self.network, self.set, recipe, rows)?;
         session.restore(&mut learner.engine)?;
         let done = session.state.stage.epochs.len();
         (hooks.tick)(done * rows.len());

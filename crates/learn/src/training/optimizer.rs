@@ -1,6 +1,7 @@
 //! Optimisers with their settings.
 
 use serde::{Deserialize, Serialize};
+pub use taxel_engine::Decay;
 use taxel_engine::{Adam, Engine, Sgdm};
 
 use crate::problem::{Check, require};
@@ -28,17 +29,6 @@ pub enum Optimizer {
     Adam(Moments),
     /// `torch.optim.AdamW`: the penalty shrinks the weights.
     Adamw(Moments),
-}
-
-/// Which parameters a penalty touches.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Decay {
-    /// All of them, as in PyTorch.
-    #[default]
-    All,
-    /// Weights of convolutions, linear and recurrent layers, not biases and batch norms.
-    Matrices,
 }
 
 /// Settings of the optimisers that remember two moments of the gradient.
@@ -87,15 +77,11 @@ impl Optimizer {
         }
     }
 
-    /// Which parameters its penalty touches, for the engine.
-    pub(crate) fn decay(&self) -> taxel_engine::Decay {
-        match self {
-            Optimizer::Sgdm { decay, .. }
-            | Optimizer::Adam(Moments { decay, .. })
-            | Optimizer::Adamw(Moments { decay, .. }) => match decay {
-                Decay::All => taxel_engine::Decay::All,
-                Decay::Matrices => taxel_engine::Decay::Matrices,
-            },
+    /// Which parameters its penalty touches.
+    pub(crate) fn decay(&self) -> Decay {
+        match *self {
+            Optimizer::Sgdm { decay, .. } => decay,
+            Optimizer::Adam(moments) | Optimizer::Adamw(moments) => moments.decay,
         }
     }
 

@@ -4,6 +4,7 @@
 
 use serde::{Deserialize, Serialize};
 use taxel_data::{Augment, Task};
+pub use taxel_engine::FrozenStatistics;
 use taxel_faults::TrainingFaults;
 use taxel_graph::{Loss, Scheme};
 
@@ -34,27 +35,6 @@ impl BatchNorm {
         match self {
             BatchNorm::Recomputed => "population",
             BatchNorm::Running => "moving",
-        }
-    }
-}
-
-/// The treatment of the running statistics of frozen batch norms.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum FrozenStatistics {
-    /// They are used in training and kept (PyTorch: `requires_grad_(False)` and `eval()`).
-    #[default]
-    Kept,
-    /// As of all other batch norms: a batch's in training, those of [`Recipe::batch_norm`] afterwards. So does a
-    /// learning rate of zero in MATLAB R2019a, with which Rouhafzay et al. 2021 freeze (sections 1 and 4).
-    Renewed,
-}
-
-impl FrozenStatistics {
-    pub(crate) fn of_engine(self) -> taxel_engine::FrozenStatistics {
-        match self {
-            FrozenStatistics::Kept => taxel_engine::FrozenStatistics::Kept,
-            FrozenStatistics::Renewed => taxel_engine::FrozenStatistics::Renewed,
         }
     }
 }
