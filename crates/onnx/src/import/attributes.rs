@@ -34,6 +34,11 @@ impl<'a> Call<'a> {
         Cause::Node { node, operation, reason: reason.to_string() }
     }
 
+    /// Refuses the node for `reason` if `wrong`.
+    pub fn refuse_if(&self, wrong: bool, reason: impl Display) -> Result<(), Cause> {
+        if wrong { Err(self.refuse(reason)) } else { Ok(()) }
+    }
+
     fn attribute(&self, name: &str) -> Option<&'a Attribute> {
         self.node.attributes.iter().find(|attribute| attribute.name.as_deref() == Some(name))
     }

@@ -105,11 +105,8 @@ pub fn sizes(work: &Importer, view: &AxisView) -> Vec<Dim> {
 pub fn arithmetic<'a>(work: &Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
     let (values, scalar) = operand(work, call, 0)?;
     let known = |values: Vec<Dim>, scalar| {
-        if values.len() <= MOST_AXES {
-            Ok(ImportedValue::Ints { values, scalar })
-        } else {
-            Err(call.refuse("makes a long list of integers"))
-        }
+        call.refuse_if(values.len() > MOST_AXES, "makes a long list of integers")?;
+        Ok(ImportedValue::Ints { values, scalar })
     };
     match call.op() {
         "Gather" => {
@@ -139,9 +136,7 @@ pub fn arithmetic<'a>(work: &Importer<'a>, call: Call<'a>) -> Result<ImportedVal
             let (start, end, step) = (bounds("starts", 1)?, bounds("ends", 2)?, bounds("steps", 4)?);
             let one = |list: Option<Vec<i64>>| list.and_then(|list| list.first().copied());
             let (start, end) = (one(start).unwrap_or(0), one(end).unwrap_or(i64::MAX));
-            if one(step).unwrap_or(1) != 1 {
-                return Err(call.refuse("takes every second value, or backwards"));
-            }
+            call.refuse_if(one(step).unwrap_or(1) != 1, "takes every second value, or backwards")?;
             let range = range(start, end, values.len());
             known(values[range].to_vec(), false)
         }

@@ -88,13 +88,9 @@ pub fn linear<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedVal
         );
     }
     let is_gemm = call.op() == "Gemm";
-    if is_gemm && call.int("transA", 0) != 0 {
-        return Err(call.refuse("turns its input (transA)"));
-    }
+    call.refuse_if(is_gemm && call.int("transA", 0) != 0, "turns its input (transA)")?;
     let mut weight = work.floats(call, 1)?;
-    if weight.shape.len() != 2 {
-        return Err(call.refuse(format!("its weight has the shape {:?}", weight.shape)));
-    }
+    call.refuse_if(weight.shape.len() != 2, format!("its weight has the shape {:?}", weight.shape))?;
     if !is_gemm || call.int("transB", 0) == 0 {
         weight = swapped(weight);
     }
@@ -141,11 +137,8 @@ fn spread(call: Call, tensor: Tensor, outputs: usize) -> Result<Tensor, Cause> {
         [one] => vec![one; outputs],
         _ => tensor.data,
     };
-    if data.len() == outputs {
-        Ok(Tensor { shape: vec![outputs], data })
-    } else {
-        Err(call.refuse(format!("adds {:?} to {outputs} outputs", tensor.shape)))
-    }
+    call.refuse_if(data.len() != outputs, format!("adds {:?} to {outputs} outputs", tensor.shape))?;
+    Ok(Tensor { shape: vec![outputs], data })
 }
 
 /// `Dropout`, which training keeps.

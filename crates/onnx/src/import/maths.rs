@@ -100,9 +100,7 @@ fn constant<'a>(work: &mut Importer<'a>, call: Call<'a>, at: usize) -> Result<f3
 
 fn sum<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
     let (a, b) = (work.pointwise(call, 0)?, work.pointwise(call, 1)?);
-    if a.axes != b.axes {
-        return Err(call.refuse("adds values whose axes lie in another order"));
-    }
+    call.refuse_if(a.axes != b.axes, "adds values whose axes lie in another order")?;
     let node = work.draft.then(Op::Add, &[a.node, b.node]).map_err(|e| call.refuse(e))?;
     Ok(ImportedValue::Flow(AxisView { node, ..a }))
 }
@@ -116,13 +114,8 @@ fn centred<'a>(
 ) -> Result<ImportedValue, Cause> {
     let (rank, from) = (work.shape(x.node).len(), work.draft.node(mean.node));
     let is_mean_of_x = from.op == Op::GlobalAveragePool && from.inputs == [x.node] && x.pad.is_empty();
-    if is_mean_of_x && x.is_plain(rank, 0) && mean.is_plain(1, rank - 1) {
-        Ok(ImportedValue::Part(Fragment::Centred, x))
-    } else {
-        Err(call.refuse(
-            "subtracts two values that both depend on the samples; taxel knows it in a standard deviation over space alone",
-        ))
-    }
+    call.refuse_if(!(is_mean_of_x && x.is_plain(rank, 0) && mean.is_plain(1, rank - 1)), "subtracts two values that both depend on the samples; taxel knows it in a standard deviation over space alone")?;
+    Ok(ImportedValue::Part(Fragment::Centred, x))
 }
 
 /// `Pow` of a difference from a mean.

@@ -88,9 +88,6 @@ fn cast<'a>(work: &Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause>
         }
         _ => [FLOAT, FLOAT16, DOUBLE, BFLOAT16].contains(&to),
     };
-    if fits {
-        Ok(value.clone())
-    } else {
-        Err(call.refuse("makes whole numbers of others, or the other way round"))
-    }
+    call.refuse_if(!fits, "makes whole numbers of others, or the other way round")?;
+    Ok(value.clone())
 }

@@ -23,9 +23,7 @@ pub fn window(
         let fits = values.filter(|values| values.len() == count);
         fits.ok_or_else(|| call.refuse(format!("`{name}` has to be {count} numbers of at least 0")))
     };
-    if kernel.len() != axes {
-        return Err(call.refuse(format!("its kernel {kernel:?} is not of {axes} spatial axes")));
-    }
+    call.refuse_if(kernel.len() != axes, format!("its kernel {kernel:?} is not of {axes} spatial axes"))?;
     let (stride, dilation) = (list("strides", axes, 1)?, list("dilations", axes, 1)?);
     let pads = list("pads", 2 * axes, 0)?;
     let mut padding: Vec<(usize, usize)> = (0..axes).map(|axis| (pads[axis], pads[axes + axis])).collect();
@@ -86,9 +84,7 @@ pub fn pool<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue
     let Some(kernel) = kernel else { return Err(call.refuse("`kernel_shape` has to be sizes")) };
     let size = &shape[1..];
     let (mut window, dilation) = window(call, kernel, size, &view.pad)?;
-    if !dilation.is_empty() {
-        return Err(call.refuse(format!("dilation {dilation:?}: taxel's pools take neighbours")));
-    }
+    call.refuse_if(!dilation.is_empty(), format!("dilation {dilation:?}: taxel's pools take neighbours"))?;
     let counted = match call.int("count_include_pad", 0) {
         0 if view.pad.is_empty() => vec![(0, 0); size.len()],
         0 => view.pad.clone(),
@@ -186,9 +182,7 @@ pub fn pad<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue,
         Some(axes) => axes,
         None => (0..rank).collect(),
     };
-    if pads.len() != 2 * axes.len() {
-        return Err(call.refuse(format!("{} paddings for {} axes", pads.len(), axes.len())));
-    }
+    call.refuse_if(pads.len() != 2 * axes.len(), format!("{} paddings for {} axes", pads.len(), axes.len()))?;
     let mut all = view.pad.clone();
     all.resize(rank.saturating_sub(2), (0, 0));
     for (at, &axis) in axes.iter().enumerate() {

@@ -86,9 +86,7 @@ fn hidden_units(call: Call, input: &[usize], state: &[usize], channels: usize) -
 /// Refuses variants that taxel's LSTM is not.
 fn check<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<(), Cause> {
     let direction = call.text("direction").unwrap_or("forward");
-    if direction != "forward" {
-        return Err(call.refuse(format!("goes {direction}; taxel's LSTM goes forward")));
-    }
+    call.refuse_if(direction != "forward", format!("goes {direction}; taxel's LSTM goes forward"))?;
     let functions = call.texts("activations");
     if !functions.is_empty() && functions != ["Sigmoid", "Tanh", "Tanh"] {
         return Err(
@@ -99,18 +97,14 @@ fn check<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<(), Cause> {
         return Err(call.refuse("clips values or couples gates; taxel's LSTM does neither"));
     }
     for (at, what) in [(4, "lengths of sequences"), (7, "peepholes")] {
-        if call.input(at).is_some() {
-            return Err(call.refuse(format!("has {what}; taxel's LSTM has none")));
-        }
+        call.refuse_if(call.input(at).is_some(), format!("has {what}; taxel's LSTM has none"))?;
     }
     for at in [5, 6].into_iter().filter(|&at| call.input(at).is_some()) {
         let zero = match work.value(call, at)? {
             ImportedValue::Fill(value) => *value == 0.0,
             _ => work.floats(call, at)?.data.iter().all(|v| *v == 0.0),
         };
-        if !zero {
-            return Err(call.refuse("starts from other states than zeros"));
-        }
+        call.refuse_if(!zero, "starts from other states than zeros")?;
     }
     Ok(())
 }

@@ -31,9 +31,7 @@ pub fn reshape<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedVa
             text(&from)
         ))
     };
-    if to.len() > MOST_AXES {
-        return Err(call.refuse(format!("makes {} axes", to.len())));
-    }
+    call.refuse_if(to.len() > MOST_AXES, format!("makes {} axes", to.len()))?;
     let to = resolved(work, call, &from, to.clone()).ok_or_else(refuse)?;
     let axes = matched(&view.axes, &from, &to).ok_or_else(refuse)?;
     settled(work, call, view, axes)?.ok_or_else(refuse)

@@ -26,9 +26,7 @@ pub fn transpose<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<Imported
     };
     let mut sorted = order.clone();
     sorted.sort_unstable();
-    if !sorted.into_iter().eq(0..count) {
-        return Err(call.refuse(format!("{order:?} is no order of {count} axes")));
-    }
+    call.refuse_if(!sorted.into_iter().eq(0..count), format!("{order:?} is no order of {count} axes"))?;
     let axes = order.iter().map(|&axis| view.axes[axis]).collect();
     Ok(ImportedValue::Flow(AxisView { axes, ..view }))
 }
@@ -41,16 +39,12 @@ pub fn unsqueeze<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<Imported
     let mut view = work.flow(call, 0)?;
     let given = work.ints(call, "axes", 1)?.unwrap_or_default();
     let count = view.axes.len() + given.len();
-    if count > MOST_AXES {
-        return Err(call.refuse(format!("makes {count} axes")));
-    }
+    call.refuse_if(count > MOST_AXES, format!("makes {count} axes"))?;
     let mut axes: Vec<usize> =
         given.into_iter().map(|axis| position(call, axis, count)).collect::<Result<_, _>>()?;
     axes.sort_unstable();
     for axis in axes {
-        if axis > view.axes.len() {
-            return Err(call.refuse("names an axis twice"));
-        }
+        call.refuse_if(axis > view.axes.len(), "names an axis twice")?;
         view.axes.insert(axis, AxisRole::Unit);
     }
     Ok(ImportedValue::Flow(view))
@@ -83,9 +77,7 @@ pub fn squeeze<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedVa
         .copied()
         .filter(|axis| *axis != AxisRole::Unit)
         .eq([AxisRole::Batch, AxisRole::Sample(0)]);
-    if !flat || rank == 1 {
-        return Err(call.refuse("drops some axes of space; taxel keeps all of them, or flattens"));
-    }
+    call.refuse_if(!flat || rank == 1, "drops some axes of space; taxel keeps all of them, or flattens")?;
     let node = work.draft.then(Op::Flatten, &[view.node]).map_err(|e| call.refuse(e))?;
     Ok(ImportedValue::Flow(AxisView { node, axes: left, pad: vec![] }))
 }
@@ -106,9 +98,7 @@ pub fn gather<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedVal
         AxisRole::Unit => 0,
         _ => return Err(call.refuse("picks a place of channels or space; taxel slices channels alone")),
     };
-    if index != last && index != -1 {
-        return Err(call.refuse("picks another step of an LSTM than the last"));
-    }
+    call.refuse_if(index != last && index != -1, "picks another step of an LSTM than the last")?;
     if scalar {
         view.axes.remove(axis);
     } else {
@@ -165,9 +155,7 @@ pub fn slice<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValu
 pub fn split<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<Vec<ImportedValue>, Cause> {
     let view = work.pointwise(call, 0)?;
     let axis = position(call, call.int("axis", 0), view.axes.len())?;
-    if view.axes[axis] != AxisRole::Sample(0) {
-        return Err(call.refuse("splits another axis than channels"));
-    }
+    call.refuse_if(view.axes[axis] != AxisRole::Sample(0), "splits another axis than channels")?;
     let (channels, parts) = (work.shape(view.node)[0], call.node.outputs.len());
     let lengths = match work.ints(call, "split", 1)? {
         Some(given) => given.into_iter().map(|len| usize::try_from(len).unwrap_or(0)).collect(),
@@ -176,35 +164,26 @@ pub fn split<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<Vec<Imported
             (0..parts).map(|at| each.min(channels.saturating_sub(at * each))).collect::<Vec<_>>()
         }
     };
-    if lengths.len() != parts {
-        return Err(call.refuse(format!("{} lengths for {parts} parts", lengths.len())));
-    }
+    call.refuse_if(lengths.len() != parts, format!("{} lengths for {parts} parts", lengths.len()))?;
     let (mut start, mut values) = (0usize, vec![]);
     for len in lengths {
         let node = work.draft.then(Op::Slice { start, len }, &[view.node]).map_err(|e| call.refuse(e))?;
         values.push(ImportedValue::Flow(AxisView { node, ..view.clone() }));
         start = start.saturating_add(len);
     }
-    if start == channels {
-        Ok(values)
-    } else {
-        Err(call.refuse(format!("its parts have {start} of {channels} channels")))
-    }
+    call.refuse_if(start != channels, format!("its parts have {start} of {channels} channels"))?;
+    Ok(values)
 }
 
 /// `Concat` along channels.
 pub fn concat<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
     let first = work.pointwise(call, 0)?;
     let axis = position(call, call.int("axis", 0), first.axes.len())?;
-    if first.axes[axis] != AxisRole::Sample(0) {
-        return Err(call.refuse("joins another axis than channels"));
-    }
+    call.refuse_if(first.axes[axis] != AxisRole::Sample(0), "joins another axis than channels")?;
     let mut nodes = vec![];
     for at in 0..call.node.inputs.len() {
         let view = work.pointwise(call, at)?;
-        if view.axes != first.axes {
-            return Err(call.refuse("joins values whose axes lie in another order"));
-        }
+        call.refuse_if(view.axes != first.axes, "joins values whose axes lie in another order")?;
         nodes.push(view.node);
     }
     let name = work.name(call, usize::MAX, &[], "concat");

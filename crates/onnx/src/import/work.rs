@@ -50,13 +50,11 @@ impl<'a> Importer<'a> {
     /// Input `at`, which a node computes.
     pub fn flow(&self, call: Call<'a>, at: usize) -> Result<AxisView, Cause> {
         let view = self.padded(call, at)?;
-        if view.pad.is_empty() {
-            Ok(view)
-        } else {
-            Err(call.refuse(
-                "reads padded values; taxel knows padding of zeros before a convolution or an average pool alone",
-            ))
-        }
+        call.refuse_if(
+            !view.pad.is_empty(),
+            "reads padded values; taxel knows padding of zeros before a convolution or an average pool alone",
+        )?;
+        Ok(view)
     }
 
     /// Input `at`, of which every value can be taken for itself.
