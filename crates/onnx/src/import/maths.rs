@@ -114,7 +114,9 @@ fn centred<'a>(
 ) -> Result<ImportedValue, Cause> {
     let (rank, from) = (work.shape(x.node).len(), work.draft.node(mean.node));
     let is_mean_of_x = from.op == Op::GlobalAveragePool && from.inputs == [x.node] && x.pad.is_empty();
-    call.refuse_if(!(is_mean_of_x && x.is_plain(rank, 0) && mean.is_plain(1, rank - 1)), "subtracts two values that both depend on the samples; taxel knows it in a standard deviation over space alone")?;
+    let is_centred = is_mean_of_x && x.is_plain(rank, 0) && mean.is_plain(1, rank - 1);
+    let reason = "subtracts two values that both depend on the samples; taxel knows it in a standard deviation over space alone";
+    call.refuse_if(!is_centred, reason)?;
     Ok(ImportedValue::Part(Fragment::Centred, x))
 }
 
