@@ -7,7 +7,7 @@ use std::error::Error;
 use std::hint::black_box;
 use std::io::BufRead;
 
-use taxel_engine::{Evaluator, Options};
+use taxel_engine::{EngineOptions, Evaluator};
 use taxel_graph::{Node, Scheme, Weights};
 use taxel_runtime::{Frozen, Observer};
 
@@ -61,7 +61,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             obey(|| frozen.predict(&mut workspace, &inputs).is_ok())
         }
         "engine" => {
-            let options = Options { batch: 1, threads: 1, ..Options::default() };
+            let options = EngineOptions { batch: 1, threads: 1, ..EngineOptions::default() };
             let evaluator = Evaluator::new(&graph, &weights, options)?;
             let mut workspace = evaluator.workspace();
             obey(|| evaluator.predict(&mut workspace, &inputs, 1).is_ok())

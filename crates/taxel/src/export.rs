@@ -110,7 +110,7 @@ fn facts(card: &Card, loss: taxel_graph::Loss, inputs: &[ExportedInput]) -> Vec<
 }
 
 /// Returns the encoding as operations of ONNX before the network; none where ONNX has no such operations.
-fn reading(transform: &Transform, shape: &[usize], wanted: &[usize]) -> Option<taxel_onnx::Reading> {
+fn reading(transform: &Transform, shape: &[usize], wanted: &[usize]) -> Option<taxel_onnx::Front> {
     let (mut steps, mut now) = (vec![], shape.to_vec());
     add(transform, &mut now, &mut steps)?;
     if now != wanted {
@@ -118,7 +118,7 @@ fn reading(transform: &Transform, shape: &[usize], wanted: &[usize]) -> Option<t
         steps.push(FrontStep::Reshape(wanted.to_vec()));
     }
     let fits = now.iter().product::<usize>() == wanted.iter().product::<usize>();
-    fits.then(|| taxel_onnx::Reading { shape: shape.to_vec(), steps })
+    fits.then(|| taxel_onnx::Front { shape: shape.to_vec(), steps })
 }
 
 /// Adds the steps of a transform of readings of shape `now`, which becomes that of what comes out.

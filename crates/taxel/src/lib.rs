@@ -31,7 +31,7 @@
 //!
 //! let model = Model::open(&path)?;
 //! let predictions = model.predict(&grasps.x)?;
-//! println!("{}{} ({:.0} %)", model.card(), predictions.class(0), 100.0 * predictions.answers(0)[0].probability);
+//! println!("{}{} ({:.0} %)", model.card(), predictions.class(0), 100.0 * predictions.predicted(0)[0].probability);
 //! # assert_eq!(predictions.len(), 60);
 //! # std::fs::remove_file(&path)?;
 //! # Ok::<(), Box<dyn std::error::Error>>(())

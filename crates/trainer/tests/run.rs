@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 
 use run_folder::contents;
 use taxel_data::Dataset;
-use taxel_engine::{Engine, Mode, Options};
+use taxel_engine::{Engine, EngineOptions, Mode};
 use taxel_graph::Weights;
 use taxel_learn::{FoldKey, Model, Progress, ResultsTable, RunFolder, RunOptions, Silent};
 use taxel_trainer::{Error, Experiment, Overrides, Runner, open, run};
@@ -228,7 +228,7 @@ fn models_rebuild_the_network_that_was_tested() {
 }
 
 fn engine(model: &Model, batch: usize) -> Engine {
-    let options = Options { batch, threads: 1, ..Options::default() };
+    let options = EngineOptions { batch, threads: 1, ..EngineOptions::default() };
     Engine::new(model.card().graph().unwrap(), model.weights(), options).unwrap()
 }
 

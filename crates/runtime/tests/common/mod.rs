@@ -2,7 +2,7 @@
 #![allow(dead_code, reason = "each test file uses its part")]
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-use taxel_engine::{Evaluator, Options};
+use taxel_engine::{EngineOptions, Evaluator};
 use taxel_graph::{Graph, Init, Scheme, Tensor, TensorKind, Weights};
 use taxel_runtime::Frozen;
 
@@ -37,7 +37,8 @@ pub fn off(graph: &Graph) -> Vec<(String, f32)> {
     let inputs: Vec<Vec<f32>> =
         graph.inputs().map(|node| (0..node.shape.iter().product()).map(value).collect()).collect();
     let inputs: Vec<&[f32]> = inputs.iter().map(Vec::as_slice).collect();
-    let evaluator = Evaluator::new(graph, &weights, Options { batch: 1, ..Options::default() }).unwrap();
+    let evaluator =
+        Evaluator::new(graph, &weights, EngineOptions { batch: 1, ..EngineOptions::default() }).unwrap();
     let mut memory = evaluator.workspace();
     evaluator.predict(&mut memory, &inputs, 1).unwrap();
     let frozen = Frozen::new(graph, &weights).unwrap();
