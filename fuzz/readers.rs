@@ -12,7 +12,7 @@ use taxel::ndarray::ArrayD;
 use taxel::scenes::Settings;
 use taxel::{
     Baseline, Candidate, Conv, Dataset, Encoding, Experiment, Layout, Length, Model, Network, Overrides,
-    Registry, RunFolder, Table,
+    Registry, ResultsTable, RunFolder,
 };
 
 /// A kind of file and who reads it.
@@ -216,7 +216,8 @@ fn run_file(folder: &Path, file: &str, bytes: &[u8]) -> bool {
 
 fn open_run(run: &Path) -> bool {
     let Ok(folder) = RunFolder::open(run) else { return false };
-    let shown = Table::of(&folder).map(|table| table.to_string()).is_ok() && folder.environment().is_ok();
+    let shown =
+        ResultsTable::of(&folder).map(|table| table.to_string()).is_ok() && folder.environment().is_ok();
     let Ok((_, dataset)) = taxel::experiment::open(&folder, &Registry::built_in()) else { return false };
     let Ok(case) = Case::new(folder, dataset) else { return false };
     shown && Judgement::read(&case).is_ok()

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 use taxel::experiment::Runner;
-use taxel::{Experiment, Overrides, Registry, RunFolder, RunOptions, Table};
+use taxel::{Experiment, Overrides, Registry, ResultsTable, RunFolder, RunOptions};
 
 use crate::config::experiment_on;
 use crate::dataset::Dataset;
@@ -93,7 +93,7 @@ pub fn run(
 #[pyfunction]
 pub fn table(py: Python<'_>, folder: PathBuf) -> PyResult<(String, String, String)> {
     short(py, || {
-        let table = Table::of(&opened(&folder)?).map_err(raised)?;
+        let table = ResultsTable::of(&opened(&folder)?).map_err(raised)?;
         let json = serde_json::to_string(table.json()).map_err(refused)?;
         Ok((table.markdown(), json, table.to_string()))
     })

@@ -34,7 +34,7 @@ fn main() -> taxel::Result<()> {
         .candidate(Candidate::baseline(Baseline::NearestNeighbours { k: 1 }))
         .candidate(Candidate::baseline(Baseline::MiniRocket { features: 1000 }))
         .run()?;
-    println!("{}", taxel::Table::new(&results, |_| None));
+    println!("{}", taxel::ResultsTable::new(&results, |_| None));
 
     // Baselines ship like networks.
     let rocket = Candidate::baseline(Baseline::MiniRocket { features: 1000 });

@@ -2,7 +2,7 @@
 //!
 //! `cargo run --release --example own_network -- recordings.npz`; without a file, on simulated grasps.
 
-use taxel::{Candidate, Conv, CrossValidation, Encoding, Model, Network, Recipe, Table};
+use taxel::{Candidate, Conv, CrossValidation, Encoding, Model, Network, Recipe, ResultsTable};
 
 fn main() -> taxel::Result<()> {
     let recordings = match std::env::args().nth(1) {
@@ -18,7 +18,7 @@ fn main() -> taxel::Result<()> {
 
     let candidate = Candidate::network(graph, Recipe { epochs: 20, ..Recipe::default() });
     let results = CrossValidation::new(&recordings).candidate(candidate.clone()).run()?;
-    println!("{}", Table::new(&results, |_| None));
+    println!("{}", ResultsTable::new(&results, |_| None));
 
     let model = taxel::fit(&candidate, &recordings, &Encoding::default())?.with_score(results.score("own"));
     let path = std::env::temp_dir().join("own.safetensors");

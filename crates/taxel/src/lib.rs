@@ -24,7 +24,7 @@
 //!
 //! let validation = CrossValidation::new(&grasps).protocol(Protocol::k_fold(2)).candidate(mine.clone());
 //! let results = validation.run()?;
-//! println!("{}", taxel::Table::new(&results, |_| None));
+//! println!("{}", taxel::ResultsTable::new(&results, |_| None));
 //!
 //! let path = std::env::temp_dir().join("taxel-tour.safetensors");
 //! taxel::fit(&mine, &grasps, &Encoding::default())?.with_score(results.score("mine")).save(&path)?;

@@ -7,7 +7,7 @@
 //! ```no_run
 //! use std::path::Path;
 //! use std::sync::atomic::AtomicBool;
-//! use taxel_learn::{RunOptions, Silent, Table};
+//! use taxel_learn::{ResultsTable, RunOptions, Silent};
 //! use taxel_trainer::{Experiment, Overrides, run};
 //! use taxel_zoo::Registry;
 //!
@@ -15,7 +15,7 @@
 //! let experiment = Experiment::load(Path::new("configs/quickstart.toml"), &overrides, &registry)?;
 //! let options = RunOptions::default();
 //! let folder = run(&experiment, &registry, None, &options, &Silent, &AtomicBool::new(false))?;
-//! println!("{}", Table::of(&folder)?);
+//! println!("{}", ResultsTable::of(&folder)?);
 //! # Ok::<(), taxel_trainer::Error>(())
 //! ```
 

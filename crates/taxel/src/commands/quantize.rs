@@ -75,7 +75,7 @@ fn of_run(path: &Path) -> CommandResult {
     if rows.is_empty() {
         return Err(format!("{}: has no network to put in eight bits", path.display()).into());
     }
-    outln!("{}", taxel::Table::of(&folder)?);
+    outln!("{}", taxel::ResultsTable::of(&folder)?);
     outln!("report       taxel report {}", path.display());
     Ok(ExitCode::SUCCESS)
 }

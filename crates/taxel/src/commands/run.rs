@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use clap::{Args, ValueHint};
 use taxel::experiment::{self, Runner, settings};
 use taxel::learn;
-use taxel::{Experiment, Overrides, ReadOptions, Registry, RunFolder, RunOptions, Table};
+use taxel::{Experiment, Overrides, ReadOptions, Registry, ResultsTable, RunFolder, RunOptions};
 
 use crate::CommandResult;
 use crate::commands::arguments::option_hints::with_option_hint;
@@ -127,7 +127,7 @@ impl RunExperiments {
                 }
                 Err(error) => return Err(with_option_hint(error, None)),
             };
-            let table = Table::of(&folder)?;
+            let table = ResultsTable::of(&folder)?;
             if self.format.is_json() {
                 outln!("{}", serde_json::to_string(table.json())?);
             } else {
