@@ -7,7 +7,7 @@ use serde::Deserialize;
 use crate::claims::{Claim, Verdict};
 use crate::error::{Error, Result};
 use crate::kept::{ClaimRow, merged, read, text};
-use crate::pages::{Pages, TITLES, row};
+use crate::pages::{Pages, TITLES, cited, row};
 
 const KEPT: &str = "reference/claims.csv";
 const WHY: &str = "why.toml";
@@ -61,17 +61,10 @@ fn page(pages: &Pages, rows: &[ClaimRow], why: &[Explanation]) -> Result<String>
         if of_paper.is_empty() {
             continue;
         }
-        lines.extend([format!("## Paper {paper}: {title}"), String::new()]);
-        lines.push(row(&["claim", "printed in", "simulated", "real"]));
-        lines.push(row(&["---"; 4]));
-        lines.extend(of_paper.iter().map(|claim| {
-            row(&[
-                claim.says,
-                claim.place,
-                &of_kind(pages, claim, "simulated"),
-                &of_kind(pages, claim, "real"),
-            ])
-        }));
+        lines.extend([format!("## {title}"), String::new()]);
+        lines.push(row(&["claim", "printed in", "run", "outcome", "effect"]));
+        lines.push(row(&["---"; 5]));
+        lines.extend(of_paper.iter().flat_map(|claim| results(pages, claim)));
         lines.push(String::new());
     }
     lines.extend(["## What does not hold, and why".into(), String::new()]);
@@ -118,28 +111,41 @@ fn head(rows: &[ClaimRow]) -> Vec<String> {
     }
     lines.extend([
         String::new(),
-        "A claim holds where the whole 95 % interval of the effect supports it, does not where the whole interval \
-         is against it; where it reaches to both sides, so many test samples, folds or groups are too few to tell. \
-         Of a claim over several networks the effect that comes nearest to refuting it is shown."
+        "A claim holds if the whole 95 % interval of the effect supports it. It does not hold if the whole interval \
+         is against it. If the interval reaches to both sides, the test samples, folds or groups are too few. For a \
+         claim over several networks, the effect nearest to refuting it is shown."
             .into(),
         String::new(),
     ]);
     lines
 }
 
-/// Returns what the runs of one kind say about a claim; where none can test it, what they lack.
-fn of_kind(pages: &Pages, claim: &TestedClaim, kind: &str) -> String {
-    let rows = || claim.rows.iter().filter(|row| row.kind == kind);
-    let tested: Vec<String> = rows().filter(|row| row.is_tested()).map(|row| cell(pages, row)).collect();
-    if !tested.is_empty() {
-        return tested.join("<br>");
-    }
-    let shortest = rows().map(|row| &row.effect).min_by_key(|effect| effect.chars().count());
-    shortest.map_or("no run".into(), |reason| format!("cannot be tested: {reason}"))
+/// Returns the rows of a claim: one for each run that can test it, or one for a kind of data with no such run.
+fn results(pages: &Pages, claim: &TestedClaim) -> Vec<String> {
+    let found = ["simulated", "real"].into_iter().flat_map(|kind| of_kind(pages, claim, kind));
+    // A claim stands in its first row only.
+    let named = |at: usize| if at == 0 { [claim.says, claim.place] } else { [""; 2] };
+    let line = |(at, [run, outcome, effect]): (usize, [String; 3])| {
+        let [says, place] = named(at);
+        row(&[says, place, &run, &outcome, &effect])
+    };
+    found.enumerate().map(line).collect()
 }
 
-fn cell(pages: &Pages, row: &ClaimRow) -> String {
-    format!("**{}**{}: {} ({})", row.outcome, size(row), row.effect, linked(pages, &row.run))
+/// Returns run, outcome and effect of each run of one kind; if none can test the claim, the shortest of their reasons.
+fn of_kind(pages: &Pages, claim: &TestedClaim, kind: &str) -> Vec<[String; 3]> {
+    let rows = || claim.rows.iter().filter(|row| row.kind == kind);
+    let tested = |row: &&ClaimRow| {
+        let outcome = format!("**{}**{}", row.outcome, size(row));
+        [format!("{kind}: {}", linked(pages, &row.run)), outcome, row.effect.clone()]
+    };
+    let tested: Vec<[String; 3]> = rows().filter(|row| row.is_tested()).map(tested).collect();
+    if !tested.is_empty() {
+        return tested;
+    }
+    let shortest = rows().map(|row| &row.effect).min_by_key(|effect| effect.chars().count());
+    let reason = shortest.map_or("no run".into(), |reason| format!("cannot be tested: {reason}"));
+    vec![[kind.into(), "–".into(), reason]]
 }
 
 /// Returns ` size [low, high]`, or nothing where the effect has no interval.
@@ -166,7 +172,7 @@ fn against(pages: &Pages, claim: &TestedClaim, why: &[Explanation]) -> Option<St
     let found: Vec<&str> =
         why.iter().filter(|entry| entry.claim == claim.says).map(|entry| entry.why.trim()).collect();
     let found = if found.is_empty() { "Not looked into.".into() } else { found.join(" ") };
-    Some(format!("**{}** (paper {}; on {}). {found}", claim.says, claim.paper, runs.join(", ")))
+    Some(format!("**{}** ({}; on {}). {found}", claim.says, cited(claim.paper), runs.join(", ")))
 }
 
 /// Returns three digits that count without trailing zeros, as C's `%.3g`.

@@ -7,14 +7,20 @@ use serde::de::DeserializeOwned;
 
 use crate::error::{Error, Result};
 
-/// Titles of the papers' sections, by number.
+/// Titles of the papers' sections, by number: authors and year, then the subject.
 pub(crate) const TITLES: [(&str, &str); 5] = [
-    ("000", "hardness of grasped objects from fingertips (Hybrid-CNN)"),
-    ("001", "vision networks for touch (visuotactile transfer)"),
-    ("002", "deformable objects squeezed by hand (TactNet3D)"),
-    ("003", "objects in an underactuated gripper (TactNet3D against 2D networks)"),
-    ("004", "elasticity and hardness levels from two fingers (multi-scale CNN)"),
+    ("000", "Kaewrakmuk and Srinonchat 2026: hardness of grasped objects from fingertips (Hybrid-CNN)"),
+    ("001", "Rouhafzay et al. 2021: vision networks for touch (visuotactile transfer)"),
+    ("002", "Gandarias et al. 2019b: deformable objects squeezed by hand (TactNet3D)"),
+    ("003", "Pastor et al. 2019: objects in an underactuated gripper (TactNet3D against 2D networks)"),
+    ("004", "Zhang et al. 2022: elasticity and hardness levels from two fingers (multi-scale CNN)"),
 ];
+
+/// Returns authors and year of a paper by its number; the number itself of one that is not listed.
+pub(crate) fn cited(paper: &str) -> &str {
+    let title = TITLES.iter().find(|(number, _)| *number == paper);
+    title.and_then(|(_, title)| title.split_once(": ")).map_or(paper, |(authors, _)| authors)
+}
 
 /// A folder of result pages, `docs/results` of the repository.
 #[derive(Debug, Clone)]

@@ -113,7 +113,7 @@ pub fn papers_page(pages: &Pages) -> Result<PathBuf> {
     for (paper, title) in TITLES {
         let tables = || printed.tables.iter().filter(|table| table.paper == paper);
         if tables().next().is_some() {
-            lines.extend([format!("## Paper {paper}: {title}"), String::new()]);
+            lines.extend([format!("## {title}"), String::new()]);
         }
         for table in tables() {
             lines.extend(section(pages, table)?);

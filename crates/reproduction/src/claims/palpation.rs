@@ -1,4 +1,4 @@
-//! Papers 002 and 003: sequences against single frames.
+//! Gandarias et al. 2019b and Pastor et al. 2019: sequences against single frames.
 
 use super::benchmark::{Benchmark, RunNetwork};
 use super::finding::{Finding, above, accuracy, against_all, lacks, nearest};

@@ -29,7 +29,7 @@ const fn claim(
     Definition { paper, place, says, test }
 }
 
-/// The light networks of paper 000, the best first.
+/// The light networks of Kaewrakmuk and Srinonchat 2026, the best first.
 const LIGHT: [&str; 3] = ["hybrid-resvgg", "resnet8-lite-1d", "vgg6-lite-2d"];
 const STRENGTH: [&str; 4] = ["mnasnet1-0", "resnet18", "shufflenet-v2", "mobilenet-v2"];
 const PALPATION: [&str; 3] = ["tactnet3d-4-8", "tactnet3d-fc32", "tactnet3d-8-16-32"];

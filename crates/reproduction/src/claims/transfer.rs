@@ -1,4 +1,4 @@
-//! Paper 001: what tuning changes and freezing costs.
+//! Rouhafzay et al. 2021: what tuning changes and freezing costs.
 
 use super::benchmark::{Benchmark, RunNetwork};
 use super::finding::{Finding, above, accuracy, against_all, lacks, not_worse};
