@@ -18,7 +18,7 @@
 //!     says: "1D beats 2D: Vgg6-Lite".into(),
 //!     run: "hardness".into(),
 //!     source: taxel::Source::simulated("fingertip"),
-//!     outcome: Outcome::TooFewData,
+//!     outcome: Verdict::TooFewData,
 //!     effect: "accuracy: vgg6-lite-1d less vgg6-lite-2d, points".into(),
 //!     size: Some(-3.87),
 //!     interval: Some([-8.86, 1.13]),
