@@ -27,14 +27,11 @@ const SENTENCE: usize = 40;
 const README: usize = 150;
 
 /// Debts of each rule.
-const WHAT: Debt = &[("", 754)];
-const CELLS: Debt = &[("docs/results/claims.md", 35), ("docs/results/tekscan22-shrink.md", 5)];
-const SENTENCES: Debt = &[
-    ("docs/results/claims.md", 19),
-    ("docs/results/tekscan22-shrink.md", 9),
-    ("docs/results/fsr-glove28-block-shrink.md", 1),
-];
-const WORDS: Debt = &[("crates/", 132), ("docs/results/claims.md", 11)];
+const WHAT: Debt = &[("crates/data", 98), ("crates/", 72)];
+const CELLS: Debt = &[("docs/results/tekscan22-shrink.md", 5)];
+const SENTENCES: Debt =
+    &[("docs/results/tekscan22-shrink.md", 9), ("docs/results/fsr-glove28-block-shrink.md", 1)];
+const WORDS: Debt = &[("crates/data", 3), ("crates/", 3)];
 const KEYS: Debt = &[];
 
 /// Fails with every finding below a path that has more of them than its debt. A finding is `path:line: words`.

@@ -12,7 +12,7 @@
 //! # Ok::<(), taxel_zoo::Error>(())
 //! ```
 //!
-//! A network of one's own joins them. Its settings are a struct that serde reads, its graph is what
+//! A custom network joins them. Its settings are a struct that serde reads, its graph is what
 //! [`Architecture`](taxel_graph::Architecture) makes of them:
 //!
 //! ```

@@ -1,4 +1,4 @@
-//! A network cut in two: what stays as it is, and what learns from what that makes of the inputs.
+//! A network cut in two: a body that does not change, and a head that learns from the body's output.
 
 use std::cmp::Reverse;
 
@@ -8,7 +8,7 @@ use crate::op::Op;
 /// A network cut in two at a node, which is the one output of the body and the one input of the head.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Halves {
-    /// All inputs and what stays as it is.
+    /// All inputs and the layers that do not change.
     pub body: Graph,
     /// The rest, with all outputs.
     pub head: Graph,

@@ -1,4 +1,4 @@
-//! Networks trained under faults beside the same trained on clean samples.
+//! Fault-augmented networks beside the same trained on clean samples.
 
 use super::statistics::corrected_t;
 use crate::error::Result;
@@ -6,7 +6,7 @@ use crate::values::{
     Change, FaultCurve, FoldLoss, Hardened, Judged, Judgement, NetworkStress, Stress, UnseenFault,
 };
 
-/// Returns every row that was trained under faults and has a twin that was trained on clean samples.
+/// Returns every fault-augmented row that has a twin trained on clean samples.
 ///
 /// # Errors
 /// Losses that are not finite.

@@ -1,24 +1,24 @@
-//! Training under faults beside training on clean samples.
+//! Fault-augmented networks beside the same networks trained on clean samples.
 
 use serde::{Deserialize, Serialize};
 use taxel_faults::Fault;
 
-/// A row that was trained under faults, beside the one that was trained alike but on clean samples.
+/// A fault-augmented row, beside the same one trained on clean samples.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Hardened {
-    /// The row that was trained under faults.
+    /// The fault-augmented row.
     pub network: String,
     /// The row that was trained on clean samples.
     pub clean: String,
-    /// Primary metric on unbroken samples: trained clean, trained under faults.
+    /// Primary metric on clean samples: trained clean, fault-augmented.
     #[serde(rename = "accuracy", alias = "scores")]
     pub scores: [f64; 2],
     /// The second less the first.
     #[serde(rename = "accuracy_change", alias = "score_change")]
     pub score_change: Change,
-    /// Loss under faults, mean over faults and severities: trained clean, trained under faults.
+    /// Loss under faults, mean over faults and severities: trained clean, fault-augmented.
     pub loss: [f64; 2],
-    /// The second less the first; below 0 where hardening helps.
+    /// The second less the first; below 0 if fault augmentation helps.
     pub loss_change: Change,
     /// Seconds of training per fold: clean, under faults.
     pub train_seconds: [f64; 2],

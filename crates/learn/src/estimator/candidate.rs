@@ -17,7 +17,7 @@ use crate::estimator::trainable::Trainable;
 use crate::problem::{Check, fault_problem, require};
 use crate::training::recipe::Recipe;
 
-/// Ends the name of what is trained under faults.
+/// Ending of the names of fault-augmented rows.
 const HARDENED: &str = ".hardened";
 
 /// One network or baseline of an experiment, under the name that tables and files give it.
@@ -48,7 +48,7 @@ pub struct Twin {
     pub unmet: Option<Fault>,
 }
 
-/// How a row was trained under faults.
+/// The fault augmentation of a row.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Hardening {
     /// Faults of its training samples.
@@ -66,7 +66,7 @@ pub struct Hardening {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Published {
-    /// Where they stand: `paper 000, Table 5`.
+    /// Where they stand: `Kaewrakmuk and Srinonchat 2026, Table 5`.
     pub table: String,
     /// Accuracy.
     pub accuracy: Vec<f64>,

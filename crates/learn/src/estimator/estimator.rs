@@ -21,7 +21,7 @@ use crate::training::teacher::Teacher;
 
 /// A network or a baseline with its settings: everything that learns from samples.
 ///
-/// One place, `train_fold`, trains any of them on one fold. The trait is implemented here alone: a network of one's own
+/// One place, `train_fold`, trains any of them on one fold. The trait is implemented here alone: a custom network
 /// is a graph, which [`Candidate::network`](crate::Candidate::network) takes.
 pub trait Estimator: Debug + Send + Sync {
     /// Returns the names of the inputs that it reads.

@@ -181,7 +181,7 @@ pub(crate) fn shortcut(dataset: &Dataset) -> Option<Shortcut> {
     found.filter(Shortcut::is_suspicious)
 }
 
-/// How the row was trained under faults; in a learning curve its twin has as many samples.
+/// Returns the fault augmentation of the row; in a learning curve its twin has as many samples.
 fn hardening(row: &PlannedRow, candidate: &Candidate) -> Option<Hardening> {
     let of_twin = |clean: &String| match row.few {
         Some((count, _)) => few_name(clean, count),

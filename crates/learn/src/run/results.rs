@@ -90,7 +90,7 @@ pub struct NetworkResults {
     pub attributes: Vec<LevelScores>,
     /// Scores that its authors report on their data, in %.
     pub published: Option<Published>,
-    /// How it was trained under faults; none where it was trained on clean samples.
+    /// Its fault augmentation; none if it was trained on clean samples.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub hardening: Option<Hardening>,
     /// The row whose models these are in eight bits; none of models in floats.

@@ -119,7 +119,7 @@ pub(super) fn weight_changes(judgement: &Judgement) -> Option<Chart<'_>> {
         return None;
     }
     let reading = "Mean squared change of each convolution's kernels in training, scaled to 0 to 1, mean over \
-                   folds (paper 001, Figs. 3 and 4).";
+                   folds (Rouhafzay et al. 2021, Figs. 3 and 4).";
     let draw = move |paint| draw_changes(&changed, paint);
     Some(Chart::new(chart::WEIGHT_CHANGES, "What training changed", reading, draw))
 }

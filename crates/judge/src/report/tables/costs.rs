@@ -99,6 +99,6 @@ pub(super) fn weight_changes(judgement: &Judgement) -> Table {
         ),
     ];
     let caption = "How much training changed the kernels of each convolution, both scaled to 0 to 1, mean \
-                   over folds (paper 001, Figs. 3 and 4)";
+                   over folds (Rouhafzay et al. 2021, Figs. 3 and 4)";
     Table::new(table::WEIGHT_CHANGES, caption.into(), columns, &rows)
 }
