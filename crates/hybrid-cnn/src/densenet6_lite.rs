@@ -8,29 +8,7 @@
 //! the transition is the average pool alone; pre-activation and a final batch norm with ReLU, after
 //! DenseNet201; the stem pool is padded by 1 (50 → 25).
 
-use taxel_graph::{Conv, Flow, InputKeys, Listing, NetworkCounts, Pool};
-
-use crate::{Body, Light1dConfig, Light2dConfig};
-
-pub(crate) const IN_1D: Listing<Light1dConfig> = Listing {
-    name: "densenet6-lite-1d",
-    family: crate::FAMILY,
-    paper: "000, section 3.1.3",
-    config: Light1dConfig::of(Body::DenseNet6),
-    inputs: &[InputKeys::SIGNAL],
-    counts: NetworkCounts { parameters: 10_419, statistics: 480, macs: 183_984 },
-    quick: &[],
-};
-
-pub(crate) const IN_2D: Listing<Light2dConfig> = Listing {
-    name: "densenet6-lite-2d",
-    family: crate::FAMILY,
-    paper: "000, section 3.1.3",
-    config: Light2dConfig::of(Body::DenseNet6),
-    inputs: &[InputKeys::IMAGE],
-    counts: NetworkCounts { parameters: 23_507, statistics: 480, macs: 11_022_160 },
-    quick: &[],
-};
+use taxel_graph::{Conv, Flow, Pool};
 
 /// Filters of the 1×1 bottleneck and of the 3×3 convolution that grows the block.
 const BOTTLENECK: usize = 64;

@@ -9,18 +9,18 @@ mod vgg6_lite;
 pub use hybrid::{Branches, Fusion, HybridConfig};
 pub use light::{Light1dConfig, Light2dConfig};
 
-use taxel_graph::{Flow, Register};
+use taxel_graph::Register;
 
 const FAMILY: &str = "hybrid-cnn";
 
 /// Hands every network of this family to the zoo.
 pub fn list(zoo: &mut impl Register) {
-    zoo.add(vgg6_lite::IN_1D);
-    zoo.add(resnet8_lite::IN_1D);
-    zoo.add(densenet6_lite::IN_1D);
-    zoo.add(vgg6_lite::IN_2D);
-    zoo.add(resnet8_lite::IN_2D);
-    zoo.add(densenet6_lite::IN_2D);
+    zoo.add(light::VGG6_1D);
+    zoo.add(light::RESNET8_1D);
+    zoo.add(light::DENSENET6_1D);
+    zoo.add(light::VGG6_2D);
+    zoo.add(light::RESNET8_2D);
+    zoo.add(light::DENSENET6_2D);
     zoo.add(hybrid::HYBRID_VGG);
     zoo.add(hybrid::HYBRID_RESNET);
     zoo.add(hybrid::HYBRID_DENSENET);
@@ -37,25 +37,4 @@ pub enum Body {
     ResNet8,
     /// Dense blocks (section 3.1.3).
     DenseNet6,
-}
-
-impl Body {
-    /// The features before the classifier: channels after global average pooling.
-    fn features(self, x: Flow) -> Flow {
-        match self {
-            Body::Vgg6 => vgg6_lite::body(x),
-            Body::ResNet8 => resnet8_lite::body(x),
-            Body::DenseNet6 => densenet6_lite::body(x),
-        }
-        .global_average_pool()
-    }
-
-    /// Names of the networks with this body, in 1D and in 2D.
-    fn names(self) -> [&'static str; 2] {
-        match self {
-            Body::Vgg6 => [vgg6_lite::IN_1D.name, vgg6_lite::IN_2D.name],
-            Body::ResNet8 => [resnet8_lite::IN_1D.name, resnet8_lite::IN_2D.name],
-            Body::DenseNet6 => [densenet6_lite::IN_1D.name, densenet6_lite::IN_2D.name],
-        }
-    }
 }

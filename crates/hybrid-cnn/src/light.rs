@@ -7,9 +7,69 @@
 //! Those of the bodies.
 
 use serde::{Deserialize, Serialize};
-use taxel_graph::{Architecture, Graph, Network, Result, at_least};
+use taxel_graph::{Architecture, Flow, Graph, InputKeys, Listing, Network, NetworkCounts, Result, at_least};
 
-use crate::Body;
+use crate::{Body, densenet6_lite, resnet8_lite, vgg6_lite};
+
+pub(crate) const VGG6_1D: Listing<Light1dConfig> = Listing {
+    name: "vgg6-lite-1d",
+    family: crate::FAMILY,
+    paper: "000, section 3.1.1",
+    config: Light1dConfig::of(Body::Vgg6),
+    inputs: &[InputKeys::SIGNAL],
+    counts: NetworkCounts { parameters: 33_411, statistics: 480, macs: 449_952 },
+    quick: &[],
+};
+
+pub(crate) const VGG6_2D: Listing<Light2dConfig> = Listing {
+    name: "vgg6-lite-2d",
+    family: crate::FAMILY,
+    paper: "000, section 3.1.1",
+    config: Light2dConfig::of(Body::Vgg6),
+    inputs: &[InputKeys::IMAGE],
+    counts: NetworkCounts { parameters: 98_115, statistics: 480, macs: 19_535_232 },
+    quick: &[],
+};
+
+pub(crate) const RESNET8_1D: Listing<Light1dConfig> = Listing {
+    name: "resnet8-lite-1d",
+    family: crate::FAMILY,
+    paper: "000, section 3.1.2",
+    config: Light1dConfig::of(Body::ResNet8),
+    inputs: &[InputKeys::SIGNAL],
+    counts: NetworkCounts { parameters: 13_923, statistics: 416, macs: 204_928 },
+    quick: &[],
+};
+
+pub(crate) const RESNET8_2D: Listing<Light2dConfig> = Listing {
+    name: "resnet8-lite-2d",
+    family: crate::FAMILY,
+    paper: "000, section 3.1.2",
+    config: Light2dConfig::of(Body::ResNet8),
+    inputs: &[InputKeys::IMAGE],
+    counts: NetworkCounts { parameters: 39_299, statistics: 416, macs: 11_417_888 },
+    quick: &[],
+};
+
+pub(crate) const DENSENET6_1D: Listing<Light1dConfig> = Listing {
+    name: "densenet6-lite-1d",
+    family: crate::FAMILY,
+    paper: "000, section 3.1.3",
+    config: Light1dConfig::of(Body::DenseNet6),
+    inputs: &[InputKeys::SIGNAL],
+    counts: NetworkCounts { parameters: 10_419, statistics: 480, macs: 183_984 },
+    quick: &[],
+};
+
+pub(crate) const DENSENET6_2D: Listing<Light2dConfig> = Listing {
+    name: "densenet6-lite-2d",
+    family: crate::FAMILY,
+    paper: "000, section 3.1.3",
+    config: Light2dConfig::of(Body::DenseNet6),
+    inputs: &[InputKeys::IMAGE],
+    counts: NetworkCounts { parameters: 23_507, statistics: 480, macs: 11_022_160 },
+    quick: &[],
+};
 
 /// A light 1D network: `signal` [in_channels, length] → logits `[classes]`.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -41,6 +101,27 @@ pub struct Light2dConfig {
     pub height: usize,
     /// Columns, at least 1.
     pub width: usize,
+}
+
+impl Body {
+    /// The features before the classifier: channels after global average pooling.
+    pub(crate) fn features(self, x: Flow) -> Flow {
+        match self {
+            Body::Vgg6 => vgg6_lite::body(x),
+            Body::ResNet8 => resnet8_lite::body(x),
+            Body::DenseNet6 => densenet6_lite::body(x),
+        }
+        .global_average_pool()
+    }
+
+    /// Names of the networks with this body, in 1D and in 2D.
+    fn names(self) -> [&'static str; 2] {
+        match self {
+            Body::Vgg6 => [VGG6_1D.name, VGG6_2D.name],
+            Body::ResNet8 => [RESNET8_1D.name, RESNET8_2D.name],
+            Body::DenseNet6 => [DENSENET6_1D.name, DENSENET6_2D.name],
+        }
+    }
 }
 
 impl Light1dConfig {

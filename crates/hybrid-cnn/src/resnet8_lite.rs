@@ -8,29 +8,7 @@
 //! shortcut of the convolutional block is a 1×1 convolution of stride 2 with its own batch norm, and
 //! the ReLU comes after the addition.
 
-use taxel_graph::{Conv, Flow, InputKeys, Listing, NetworkCounts, Pool};
-
-use crate::{Body, Light1dConfig, Light2dConfig};
-
-pub(crate) const IN_1D: Listing<Light1dConfig> = Listing {
-    name: "resnet8-lite-1d",
-    family: crate::FAMILY,
-    paper: "000, section 3.1.2",
-    config: Light1dConfig::of(Body::ResNet8),
-    inputs: &[InputKeys::SIGNAL],
-    counts: NetworkCounts { parameters: 13_923, statistics: 416, macs: 204_928 },
-    quick: &[],
-};
-
-pub(crate) const IN_2D: Listing<Light2dConfig> = Listing {
-    name: "resnet8-lite-2d",
-    family: crate::FAMILY,
-    paper: "000, section 3.1.2",
-    config: Light2dConfig::of(Body::ResNet8),
-    inputs: &[InputKeys::IMAGE],
-    counts: NetworkCounts { parameters: 39_299, statistics: 416, macs: 11_417_888 },
-    quick: &[],
-};
+use taxel_graph::{Conv, Flow, Pool};
 
 /// Everything up to global average pooling: channels × … → 32 × …; 1D or 2D by the input.
 pub(crate) fn body(x: Flow) -> Flow {

@@ -7,29 +7,7 @@
 //! None known. Read into the text: pools round up (50 → 25 → 13 → 7, MATLAB's `same`), which alone
 //! gives the published 0.0392 GFLOPs; convolutions carry a bias.
 
-use taxel_graph::{Conv, Flow, InputKeys, Listing, NetworkCounts, Pool};
-
-use crate::{Body, Light1dConfig, Light2dConfig};
-
-pub(crate) const IN_1D: Listing<Light1dConfig> = Listing {
-    name: "vgg6-lite-1d",
-    family: crate::FAMILY,
-    paper: "000, section 3.1.1",
-    config: Light1dConfig::of(Body::Vgg6),
-    inputs: &[InputKeys::SIGNAL],
-    counts: NetworkCounts { parameters: 33_411, statistics: 480, macs: 449_952 },
-    quick: &[],
-};
-
-pub(crate) const IN_2D: Listing<Light2dConfig> = Listing {
-    name: "vgg6-lite-2d",
-    family: crate::FAMILY,
-    paper: "000, section 3.1.1",
-    config: Light2dConfig::of(Body::Vgg6),
-    inputs: &[InputKeys::IMAGE],
-    counts: NetworkCounts { parameters: 98_115, statistics: 480, macs: 19_535_232 },
-    quick: &[],
-};
+use taxel_graph::{Conv, Flow, Pool};
 
 /// Filters of each convolution, and whether a 2/2 max-pool follows.
 const LAYERS: [(usize, bool); 5] = [(16, true), (32, true), (64, false), (64, false), (64, true)];

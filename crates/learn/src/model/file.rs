@@ -6,10 +6,10 @@ use ndarray::{ArrayRef, IxDyn};
 use serde_json::{Value, json};
 use taxel_baselines::Method;
 use taxel_checkpoint::Cause;
-use taxel_data::hash_words;
 use taxel_graph::{Graph, Weights};
 
 use super::card::{Card, FORMAT, ModelKind, Quantized, TrainedOn, TrainingPart};
+use super::digest::digest;
 use super::multiplied::multiplied;
 use super::predictions::Predictions;
 use super::predictor::Predictor;
@@ -307,20 +307,4 @@ fn makes(sizes: &[usize], shape: &[usize]) -> bool {
     // A whole sample as one row is a multiple of them.
     let row = |n: &usize| values.is_some_and(|values| values > 0 && n.is_multiple_of(values));
     shape.ends_with(sizes) || matches!(shape, [n] | [1, n] if row(n))
-}
-
-/// BLAKE3 of all tensors in order of their names.
-pub(crate) fn digest(weights: &Weights) -> String {
-    let mut named: Vec<_> = weights.iter().collect();
-    named.sort_by_key(|(name, _)| *name);
-    let mut hasher = blake3::Hasher::new();
-    for (name, tensor) in named {
-        hasher.update(&(name.len() as u64).to_le_bytes()).update(name.as_bytes());
-        hasher.update(&(tensor.shape.len() as u64).to_le_bytes());
-        tensor.shape.iter().for_each(|axis| {
-            hasher.update(&(*axis as u64).to_le_bytes());
-        });
-        hash_words(&mut hasher, tensor.data.iter().map(|v| v.to_le_bytes()));
-    }
-    hasher.finalize().to_hex().to_string()
 }

@@ -1,6 +1,7 @@
 //! A model in one file: what was trained, what it reads, what it predicts, and how well.
 
 mod card;
+mod digest;
 mod file;
 mod multiplied;
 mod predictions;
@@ -11,8 +12,8 @@ pub(crate) mod responder;
 mod workspace;
 
 pub use card::{Card, FORMAT, ModelInput, ModelKind, Quantized, Score, TrainedOn, TrainingPart};
+pub(crate) use digest::digest;
 pub use file::Model;
-pub(crate) use file::digest;
 pub use predictions::Predictions;
 pub use predictor::Predictor;
 pub use workspace::Workspace;

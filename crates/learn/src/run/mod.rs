@@ -7,6 +7,7 @@ pub(crate) mod finished;
 pub(crate) mod folder;
 pub(crate) mod gather;
 pub(crate) mod lock;
+mod model_latency;
 pub(crate) mod options;
 pub(crate) mod plan;
 pub(crate) mod protocol;

@@ -12,9 +12,9 @@ use crate::metrics::Outcome;
 use crate::model::{Model, TrainedOn};
 use crate::run::assemble::{assemble, fill};
 use crate::run::folder::RunFolder;
+use crate::run::model_latency::of_model;
 use crate::run::records::{Costs, FoldKey, FoldRecord, Timing};
 use crate::run::results::{FoldScores, NetworkResults, Results, ScoringContext};
-use crate::run::table_latency::of_model;
 
 /// Puts every network of a finished run beside itself in eight bits, as `<name>.int8`: each fold's model, calibrated on
 /// training samples of that fold and tested on its test samples. Rows that were there before are measured again. Gives

@@ -1,14 +1,11 @@
 //! The latency that stands in the table of a run: one encoded sample, batch 1, one thread.
 
-use ndarray::Axis;
-use taxel_data::Dataset;
 use taxel_graph::{Graph, Weights};
 use taxel_runtime::Frozen;
 
 use crate::encoding::Input;
 use crate::error::Result;
 use crate::latency::{Latency, Stopwatch, milliseconds};
-use crate::model::Predictor;
 use crate::training::feed::Feed;
 
 /// It costs two seconds at most.
@@ -27,15 +24,6 @@ pub(crate) fn of_network(graph: &Graph, weights: &Weights, inputs: &[Input], row
 /// Times `predict`, which predicts one sample.
 pub(crate) fn of_prediction(mut predict: impl FnMut() -> Result<()>) -> Result<Latency> {
     Ok(Latency::of(TABLE.time(|_| timed(&mut predict))?))
-}
-
-/// Time of the sample `row` through a model, after it is encoded.
-pub(crate) fn of_model(predictor: &Predictor, dataset: &Dataset, row: usize) -> Result<Latency> {
-    let reading: Vec<f32> = dataset.x.index_axis(Axis(0), row).iter().copied().collect();
-    let mut workspace = predictor.workspace()?;
-    predictor.read(&mut workspace, &reading)?;
-    let run = |_| timed(|| predictor.decide(&mut workspace).map(|_| ()));
-    Ok(Latency::of(TABLE.time(run)?))
 }
 
 /// Milliseconds of something that may fail.
