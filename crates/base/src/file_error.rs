@@ -11,7 +11,7 @@ pub struct FileError {
     pub file: String,
     /// Line, key, sample or member inside the file; empty where the whole file is meant.
     pub place: String,
-    /// What is wrong, and how to fix it.
+    /// The problem, and how to fix it.
     pub reason: String,
     /// Kind of the system's refusal; none where the content is wrong.
     pub kind: Option<io::ErrorKind>,

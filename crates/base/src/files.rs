@@ -1,15 +1,15 @@
-//! Files that are whole or not there: the one way in which the project writes a file.
+//! Writes files that are whole or not there.
 //!
 //! ```
 //! use std::io::Write;
-//! use taxel_base::files::{Part, write_whole};
+//! use taxel_base::files::{PartFile, write_whole};
 //!
 //! let folder = tempfile::tempdir()?;
 //! let path = folder.path().join("results.json");
 //! write_whole(&path, b"[1, 2]")?;
 //!
-//! // Writing that ends early leaves what was there.
-//! let mut part = Part::create(&path)?;
+//! // Writing that ends early leaves the old file.
+//! let mut part = PartFile::create(&path)?;
 //! part.write_all(b"[3, ")?;
 //! drop(part);
 //! assert_eq!(std::fs::read(&path)?, b"[1, 2]");
@@ -27,12 +27,13 @@ use tempfile::{Builder, TempPath};
 /// Ending of a file that is being written, or that a killed process has left.
 pub const PART: &str = ".part";
 
-/// Returns whether `name` is that of a half-written file.
+/// Checks whether `name` is that of a half-written file.
 pub fn is_part(name: &OsStr) -> bool {
     name.as_encoded_bytes().ends_with(PART.as_bytes())
 }
 
-/// Removes what killed processes have left of the file at `path`. What a living process writes is locked and stays.
+/// Removes half-written files that killed processes have left of the file at `path`. Those of living processes are locked
+/// and stay.
 ///
 /// # Errors
 ///
@@ -82,71 +83,71 @@ fn folder_of(path: &Path) -> &Path {
 ///
 /// # Errors
 ///
-/// What the system says.
+/// The error of the system.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
     write_piecewise(path, |file| file.write_all(bytes))
 }
 
-/// As [`write_whole`], without waiting for the disk: a killed process leaves the file whole or not there, a power
-/// cut may leave it empty. For what can be done without.
+/// Writes a file as [`write_whole`], without waiting for the disk: a killed process leaves it whole or not there, a power cut
+/// may leave it empty. For files that are not essential.
 ///
 /// # Errors
 ///
-/// What the system says.
+/// The error of the system.
 pub fn write_unflushed(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let mut part = Part::create(path)?;
+    let mut part = PartFile::create(path)?;
     part.write_all(bytes)?;
     part.rename()
 }
 
-/// As [`write_whole`], for a file that is too long to be held in memory: `pieces` writes it.
+/// Writes a file as [`write_whole`] that is too long for memory: `pieces` writes it.
 ///
 /// # Errors
 ///
-/// What the system or `pieces` says.
+/// The error of the system or of `pieces`.
 pub fn write_piecewise<E: From<io::Error>>(
     path: &Path,
-    pieces: impl FnOnce(&mut Part) -> Result<(), E>,
+    pieces: impl FnOnce(&mut PartFile) -> Result<(), E>,
 ) -> Result<(), E> {
-    let mut part = Part::create(path)?;
+    let mut part = PartFile::create(path)?;
     pieces(&mut part)?;
     Ok(part.finish()?)
 }
 
-/// A file that is being written under another name. It gets its own by [`Part::finish`]; dropped before, it is
+/// A file that is being written under another name. [`PartFile::finish`] gives it its name; dropped before, it is
 /// removed.
 #[derive(Debug)]
-pub struct Part {
+pub struct PartFile {
     file: BufWriter<File>,
-    /// The name it has now and the one it gets; none of a device.
+    /// Its temporary and its final name; none of a device.
     names: Option<(TempPath, PathBuf)>,
 }
 
-impl Part {
+impl PartFile {
     /// Begins the file that will be at `path`, or behind the link there; a device or a pipe is opened itself.
     ///
     /// # Errors
     ///
-    /// What the system says.
+    /// The error of the system.
     pub fn create(path: &Path) -> io::Result<Self> {
         let path = fs::canonicalize(path).unwrap_or_else(|_| path.into());
         if fs::metadata(&path).is_ok_and(|there| !there.is_file() && !there.is_dir()) {
             let device = OpenOptions::new().write(true).open(&path)?;
-            return Ok(Part { file: BufWriter::new(device), names: None });
+            return Ok(PartFile { file: BufWriter::new(device), names: None });
         }
         let prefix = part_prefix(path.file_name().unwrap_or_default());
         // `create_new` gives the permissions of any new file, where tempfile's own are the user's alone.
         let temporary =
             Builder::new().prefix(&prefix).suffix(PART).make_in(folder_of(&path), create_locked)?;
         let (file, part) = temporary.into_parts();
-        Ok(Part { file: BufWriter::new(file), names: Some((part, path)) })
+        Ok(PartFile { file: BufWriter::new(file), names: Some((part, path)) })
     }
 
-    /// Flushes what was written to disk and gives the file its name.
+    /// Flushes the file to disk and gives it its name.
     ///
     /// # Errors
     ///
-    /// What the system says.
+    /// The error of the system.
     pub fn finish(mut self) -> io::Result<()> {
         self.file.flush()?;
         let Some((_, path)) = &self.names else { return Ok(()) };
@@ -165,7 +166,7 @@ impl Part {
     }
 }
 
-impl Write for Part {
+impl Write for PartFile {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         self.file.write(bytes)
     }
@@ -179,7 +180,7 @@ impl Write for Part {
 ///
 /// # Errors
 ///
-/// What the system says.
+/// The error of the system.
 pub fn sync_folder(path: &Path) -> io::Result<()> {
     match path.parent() {
         // Other systems cannot open a folder.

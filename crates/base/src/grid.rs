@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// On which side of its column a text stands.
+/// The side of a column on which its texts stand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Align {
     /// Words.
@@ -32,28 +32,28 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// No columns and no rows.
+    /// Makes a table without columns and rows.
     pub fn new() -> Self {
         Grid::default()
     }
 
-    /// One more column.
+    /// Adds a column.
     pub fn column(mut self, head: impl Into<String>, align: Align) -> Self {
         self.heads.push((head.into(), align));
         self
     }
 
-    /// One more column of words.
+    /// Adds a column of words.
     pub fn left(self, head: impl Into<String>) -> Self {
         self.column(head, Align::Left)
     }
 
-    /// One more column of numbers.
+    /// Adds a column of numbers.
     pub fn right(self, head: impl Into<String>) -> Self {
         self.column(head, Align::Right)
     }
 
-    /// The same with a line of dashes below the heads, where it is printed for a terminal.
+    /// Adds a line of dashes below the heads, for terminals only.
     pub fn ruled(self) -> Self {
         Grid { rule: true, ..self }
     }
@@ -68,17 +68,17 @@ impl Grid {
         self.rows.push(cells);
     }
 
-    /// Heads of the columns.
+    /// Returns the heads of the columns.
     pub fn heads(&self) -> impl Iterator<Item = &str> {
         self.heads.iter().map(|(head, _)| head.as_str())
     }
 
-    /// The rows.
+    /// Returns the rows.
     pub fn rows(&self) -> &[Vec<String>] {
         &self.rows
     }
 
-    /// The table in Markdown. Texts stay texts: what would end a cell or begin a tag is escaped.
+    /// Writes the table in Markdown; characters that would end a cell or begin a tag are escaped.
     pub fn markdown(&self) -> String {
         let line = |cells: &mut dyn Iterator<Item = String>| {
             let cells: Vec<String> = cells.collect();
@@ -93,7 +93,7 @@ impl Grid {
         text
     }
 
-    /// The table as comma-separated values with a line of heads (RFC 4180, but with `\n`).
+    /// Writes the table as comma-separated values with a line of heads (RFC 4180, but with `\n`).
     pub fn csv(&self) -> String {
         let line = |cells: &mut dyn Iterator<Item = &str>| {
             let cells: Vec<String> = cells.map(csv_field).collect();
@@ -130,17 +130,17 @@ impl fmt::Display for Grid {
     }
 }
 
-/// A text as Markdown shows it, on one line and inside a cell.
+/// Escapes a text for Markdown, on one line and inside a cell.
 pub fn markdown_text(text: &str) -> String {
     let line = text.replace('\\', "\\\\").replace('|', "\\|").replace(['\n', '\r'], " ");
     line.replace('<', "&lt;")
 }
 
 fn csv_field(text: &str) -> String {
-    match text.contains(['"', ',', '\n', '\r']) {
-        true => format!("\"{}\"", text.replace('"', "\"\"")),
-        false => text.into(),
+    if text.contains(['"', ',', '\n', '\r']) {
+        return format!("\"{}\"", text.replace('"', "\"\""));
     }
+    text.into()
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! What the axes of one raw sample are.
+//! The axes of one raw sample.
 //!
 //! # Reference
 //!
@@ -43,7 +43,7 @@ impl Layout {
     pub const ALL: [Self; 6] =
         [Self::Features, Self::Series, Self::Image, Self::Colour, Self::Sequence, Self::Fingers];
 
-    /// Number of axes of one sample.
+    /// Returns the number of axes of one sample.
     pub fn rank(self) -> usize {
         match self {
             Self::Features => 1,
@@ -52,7 +52,7 @@ impl Layout {
         }
     }
 
-    /// The axes in words, slowest first: `channels × time`.
+    /// Returns the axes in words, slowest first: `channels × time`.
     pub fn axes(self) -> &'static str {
         match self {
             Self::Features => "features",
@@ -64,7 +64,7 @@ impl Layout {
         }
     }
 
-    /// Name in files and settings: `series`.
+    /// Returns the name in files and settings: `series`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Features => "features",
@@ -76,7 +76,7 @@ impl Layout {
         }
     }
 
-    /// What a sample is, and its axes, for messages: `a series [C, T]`.
+    /// Describes a sample and its axes in messages: `a series [C, T]`.
     pub fn describe(self) -> &'static str {
         match self {
             Self::Features => "a row of features [F]",
@@ -88,17 +88,17 @@ impl Layout {
         }
     }
 
-    /// Whether one sample may have this shape: as many axes, and three planes of a colour image.
+    /// Checks whether one sample may have this shape: as many axes, and three planes of a colour image.
     pub fn fits(self, shape: &[usize]) -> bool {
         shape.len() == self.rank() && (self != Self::Colour || shape[0] == 3)
     }
 
-    /// Whether a sample goes on in time; a row of features counts as one channel.
+    /// Checks whether a sample goes on in time; a row of features counts as one channel.
     pub fn has_time(self) -> bool {
         !matches!(self, Self::Image | Self::Colour)
     }
 
-    /// The axis of a sample along which time goes; none of features and of a single image.
+    /// Returns the time axis of a sample; none for features and single images.
     pub fn time_axis(self) -> Option<usize> {
         match self {
             Self::Series => Some(1),
@@ -108,7 +108,7 @@ impl Layout {
         }
     }
 
-    /// Whether taxels lie on a surface, in rows and columns.
+    /// Checks whether taxels lie on a surface, in rows and columns.
     pub fn has_area(self) -> bool {
         matches!(self, Self::Image | Self::Colour | Self::Sequence)
     }

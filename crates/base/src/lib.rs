@@ -1,4 +1,4 @@
-//! What every crate shares: nearest names, whole files, seeded generators, printed tables, layouts of samples.
+//! The code that all crates share: nearest names, whole files, seeded generators, printed tables, layouts of samples.
 //!
 //! - [`names`] finds the name that was meant, for messages about an unknown one.
 //! - [`FileError`] says which file cannot be used, where in it, and why.

@@ -1,20 +1,20 @@
-//! The name that was meant, for messages about one that is not known.
+//! Finds the name that was meant, for messages about an unknown one.
 //!
 //! ```
 //! let hint = taxel_base::names::hint("resnet18-lite", ["mlp", "resnet8-lite"]);
 //! assert_eq!(hint, "did you mean `resnet8-lite`? known: mlp, resnet8-lite");
 //! ```
 
-/// How many names are offered at most.
+/// Most names that are offered.
 const MOST: usize = 3;
-/// Characters that a part of a name must have to be one.
+/// Fewest characters of a part of a name.
 const PART: usize = 3;
-/// Names that are listed although one of them is near.
+/// Most names that are listed although one of them is near.
 const LIST: usize = 20;
 
-/// Those of `known` that `name` is nearest to, at most three: by the number of characters to insert, delete,
-/// replace or swap, or where that is more than half of the longer name, those that `name` is a part of. Case does
-/// not count.
+/// Finds the names of `known` that are nearest to `name`, at most three, by the number of characters to insert, delete,
+/// replace or swap. Where that is more than half of the longer name, finds those that `name` is a part of. Case does not
+/// count.
 ///
 /// ```
 /// assert_eq!(taxel_base::names::nearest("resnet81d", ["mlp", "resnet8-1d"]), ["resnet8-1d"]);
@@ -50,7 +50,7 @@ pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<
     if found.is_empty() { around } else { found }
 }
 
-/// What to say of a name that is not known: those that may be meant, then, of a list short enough, all of them.
+/// Returns the hint about an unknown name: those that may be meant, and all of a list that is short.
 ///
 /// ```
 /// let hint = taxel_base::names::hint("mpl", ["mlp", "lstm"]);
@@ -93,15 +93,15 @@ fn meant<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<Str
     }
 }
 
-/// A message of serde about an unknown key or value, with the nearest of those that it expects said first;
-/// other messages as they are.
+/// Adds the nearest of the expected names to a message of serde about an unknown key or value; leaves other messages as
+/// they are.
 ///
 /// ```
-/// let told = taxel_base::names::with_meant("unknown field `epoch`, expected one of `epochs`, `loss`");
-/// assert_eq!(told, "unknown field `epoch`: did you mean `epochs`? expected one of `epochs`, `loss`");
+/// let message = taxel_base::names::with_meant("unknown field `epoch`, expected one of `epochs`, `loss`");
+/// assert_eq!(message, "unknown field `epoch`: did you mean `epochs`? expected one of `epochs`, `loss`");
 /// ```
 pub fn with_meant(message: &str) -> String {
-    let told = || {
+    let hinted = || {
         let start = ["unknown field `", "unknown variant `"]
             .iter()
             .find_map(|start| message.find(start).map(|at| at + start.len()))?;
@@ -110,7 +110,7 @@ pub fn with_meant(message: &str) -> String {
         let meant = meant(name, known)?;
         Some(format!("{}{name}`: {meant} expected {expected}", &message[..start]))
     };
-    told().unwrap_or_else(|| message.into())
+    hinted().unwrap_or_else(|| message.into())
 }
 
 #[cfg(test)]
@@ -137,9 +137,9 @@ mod tests {
 
     #[test]
     fn serde_is_led_to_the_nearest() {
-        let own = "settings: unknown variant `sdg`, expected `sgdm` or `adam`";
+        let message = "settings: unknown variant `sdg`, expected `sgdm` or `adam`";
         assert_eq!(
-            with_meant(own),
+            with_meant(message),
             "settings: unknown variant `sdg`: did you mean `sgdm`? expected `sgdm` or `adam`"
         );
         for same in

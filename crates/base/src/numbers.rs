@@ -1,6 +1,6 @@
 //! Numbers that people read.
 
-/// Thousands apart: 1,234,567.
+/// Writes a number with its thousands apart: 1,234,567.
 pub fn thousands(number: u64) -> String {
     let digits = number.to_string();
     let mut text = String::new();

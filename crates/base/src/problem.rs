@@ -1,8 +1,8 @@
-//! A setting outside its range, and the checks that find one.
+//! Settings outside their range, and the checks that find them.
 
 use std::fmt::{self, Display};
 
-/// A value that does not do.
+/// A value that is not allowed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Problem {
     /// Dotted path of the key: `train.epochs`.
@@ -14,17 +14,15 @@ pub struct Problem {
 }
 
 impl Problem {
-    /// `key = value: reason`.
+    /// Makes a problem that prints as `key = value: reason`.
     pub fn new(key: impl Into<String>, value: impl Display, reason: impl Into<String>) -> Self {
         Problem { key: key.into(), value: value.to_string(), reason: reason.into() }
     }
 
-    /// The same with `parent` before the key.
+    /// Puts `parent` before the key.
     pub fn below(self, parent: &str) -> Self {
-        match self.key.is_empty() {
-            true => Problem { key: parent.into(), ..self },
-            false => Problem { key: format!("{parent}.{}", self.key), ..self },
-        }
+        let key = if self.key.is_empty() { parent.into() } else { format!("{parent}.{}", self.key) };
+        Problem { key, ..self }
     }
 }
 
@@ -34,10 +32,10 @@ impl Display for Problem {
     }
 }
 
-/// What a check ends with.
+/// The result of a check.
 pub type Check = Result<(), Problem>;
 
-/// A whole number in `least..=most`.
+/// Requires a whole number in `least..=most`.
 ///
 /// # Errors
 /// One outside.
@@ -45,7 +43,7 @@ pub fn within(key: &str, value: usize, least: usize, most: usize) -> Check {
     require((least..=most).contains(&value), key, value, format!("must be in {least}..={most}"))
 }
 
-/// A share of the samples, in (0, 1).
+/// Requires a share of the samples, in (0, 1).
 ///
 /// # Errors
 /// One outside, NaN too.
@@ -53,13 +51,10 @@ pub fn share(key: &str, value: f64) -> Check {
     require(value > 0.0 && value < 1.0, key, value, "must be a share of the samples, in (0, 1)")
 }
 
-/// Whatever else must hold of a value. Written as "holds", so that NaN fails.
+/// Requires a condition of a value. Conditions say what must hold, so that NaN fails.
 ///
 /// # Errors
-/// What does not hold.
+/// A value for which it does not hold.
 pub fn require(holds: bool, key: &str, value: impl Display, reason: impl Into<String>) -> Check {
-    match holds {
-        true => Ok(()),
-        false => Err(Problem::new(key, value, reason)),
-    }
+    if holds { Ok(()) } else { Err(Problem::new(key, value, reason)) }
 }

@@ -1,4 +1,4 @@
-//! Panics of a foreign reader, caught without a word on standard error.
+//! Catches panics of foreign readers without a message on standard error.
 //!
 //! ```
 //! let read = |bytes: &[u8]| bytes[0];
@@ -11,12 +11,12 @@ use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};
 use std::sync::Once;
 
 thread_local! {
-    /// Whether panics of this thread are kept quiet now.
+    /// Panics of this thread are not reported now.
     static QUIET: Cell<bool> = const { Cell::new(false) };
 }
 
-/// What `work` gives; none where it panics. Nothing of `work` may outlive the call half done. Panics of other
-/// threads are reported as before.
+/// Returns the result of `work`, or none where it panics. `work` must leave nothing half done that outlives the call. Panics
+/// of other threads are reported as before.
 pub fn caught<T>(work: impl FnOnce() -> T) -> Option<T> {
     static HOOK: Once = Once::new();
     HOOK.call_once(|| {

@@ -20,7 +20,7 @@ use rand_chacha::ChaCha8Rng;
 /// The generator of the whole project: ChaCha with 8 rounds, the same on every machine.
 pub type Rng = ChaCha8Rng;
 
-/// The generator for one `purpose` under one `seed`.
+/// Returns the generator for one `purpose` under one `seed`.
 ///
 /// The key is BLAKE3 of both, so it changes with neither compiler nor platform.
 pub fn rng(seed: u64, purpose: &str) -> Rng {

@@ -5,7 +5,7 @@
 use std::fs;
 use std::io::Write;
 
-use taxel_base::files::{Part, is_part, remove_parts, write_piecewise, write_unflushed, write_whole};
+use taxel_base::files::{PartFile, is_part, remove_parts, write_piecewise, write_unflushed, write_whole};
 
 fn names(folder: &std::path::Path) -> Vec<String> {
     let mut names: Vec<String> =
@@ -63,7 +63,7 @@ fn a_half_written_file_of_a_killed_process_is_in_nobodys_way() {
     assert_eq!(names(folder.path()), ["results.json", others[0], others[1]]);
     assert!(remove_parts(&folder.path().join("missing/results.json")).is_ok());
 
-    let mut living = Part::create(&path).unwrap();
+    let mut living = PartFile::create(&path).unwrap();
     living.write_all(b"newer").unwrap();
     remove_parts(&path).unwrap();
     living.finish().unwrap();
@@ -122,13 +122,13 @@ fn a_file_that_cannot_be_renamed_leaves_no_part() {
 fn a_part_that_is_dropped_leaves_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("trials.csv");
-    let mut part = Part::create(&path).unwrap();
+    let mut part = PartFile::create(&path).unwrap();
     part.write_all(b"half").unwrap();
     let [name] = &names(folder.path())[..] else { panic!("one file") };
     assert!(name.starts_with("trials.csv.") && is_part(name.as_ref()), "{name}");
     drop(part);
     assert!(names(folder.path()).is_empty());
-    let mut part = Part::create(&path).unwrap();
+    let mut part = PartFile::create(&path).unwrap();
     part.write_all(b"whole").unwrap();
     part.finish().unwrap();
     assert_eq!(fs::read(&path).unwrap(), b"whole");
@@ -145,7 +145,7 @@ fn a_device_is_written_and_not_replaced() {
     for (device, is_full) in [("/dev/full", true), ("/dev/null", false)] {
         let link = folder.path().join(device.rsplit('/').next().unwrap());
         std::os::unix::fs::symlink(device, &link).unwrap();
-        let pieces = |file: &mut Part| file.write_all(b"bytes");
+        let pieces = |file: &mut PartFile| file.write_all(b"bytes");
         assert_eq!(write_whole(&link, b"bytes").is_err(), is_full, "{device}");
         assert_eq!(write_piecewise(&link, pieces).is_err(), is_full, "{device}");
         assert!(fs::metadata(&link).unwrap().file_type().is_char_device(), "{device}");

@@ -1,4 +1,4 @@
-//! Training images reflected, moved, scaled and turned a little at random.
+//! Reflects, moves, scales and turns training images at random.
 //!
 //! # Reference
 //!
@@ -10,7 +10,7 @@ use crate::{Error, Result};
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
 
-/// What may happen to a training image; nothing by default.
+/// Random changes of a training image; none by default.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Augment {
@@ -32,7 +32,7 @@ impl Default for Augment {
     }
 }
 
-/// What the random numbers of one image depend on, and nothing else.
+/// The key of the random numbers of one image, which depend on nothing else.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Key {
     /// Seed of the run.
@@ -47,7 +47,7 @@ pub struct Key {
     pub sample: usize,
 }
 
-/// What happens to one image: reflect, scale, turn about the middle, then move.
+/// The changes of one image: reflect, scale, turn about the middle, then move.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Warp {
     /// Rows in reverse order.
@@ -58,12 +58,12 @@ pub struct Warp {
     pub shift: [f64; 2],
     /// Magnification.
     pub scale: f64,
-    /// Degrees, from the rows' axis towards the columns'.
+    /// Turn in degrees, from the rows' axis towards the columns'.
     pub degrees: f64,
 }
 
 impl Augment {
-    /// What the authors of TactNet used on Tekscan images: reflections, ±3 px, ±10°.
+    /// Returns the changes that the authors of TactNet used on Tekscan images: reflections, ±3 px, ±10°.
     pub fn tactnet() -> Self {
         Self { flip_rows: true, flip_columns: true, shift: 3.0, rotate: 10.0, ..Self::default() }
     }
@@ -90,7 +90,7 @@ impl Augment {
         Ok(())
     }
 
-    /// Draws what happens to one image. Switching one kind on leaves the draws of the others alone.
+    /// Draws the changes of one image. Switching one kind on does not change the draws of the others.
     pub fn draw(&self, key: &Key) -> Warp {
         let Key { seed, repetition, fold, epoch, sample } = key;
         let mut rng = taxel_base::seed::rng(*seed, &format!("augment/{repetition}/{fold}/{epoch}/{sample}"));
@@ -143,7 +143,7 @@ impl Warp {
         }
     }
 
-    /// Where the pixel at `row`, `column` comes from, with the sine and cosine of the turn.
+    /// Finds the place that the pixel at `row`, `column` comes from, with the sine and cosine of the turn.
     fn source(
         &self,
         [row, column]: [usize; 2],
@@ -161,7 +161,7 @@ impl Warp {
     }
 }
 
-/// The four pixels around a point with their bilinear weights.
+/// Returns the four pixels around a point with their bilinear weights.
 fn corners([row, column]: [f64; 2]) -> [([isize; 2], f32); 4] {
     let (top, left) = (row.floor(), column.floor());
     let (below, beside) = (row - top, column - left);

@@ -1,20 +1,19 @@
 //! Recordings on disk: reading, checking, cards, splits, augmentation.
 //!
 //! [`load`] turns a `.npz`, a CSV table, a folder with `data.npz`, or a folder with one sub-folder per class
-//! into a [`Dataset`]; [`check`] reads the same layouts tolerantly and returns a [`Card`] that
-//! says what is in them and what is wrong with them; [`stratified_k_fold`] and [`group_k_fold`]
-//! cut the samples into [`Fold`]s that no duplicate and no group straddles; [`Augment`] reflects,
-//! moves, scales and turns training images.
+//! into a [`Dataset`]; [`check`] reads the same layouts tolerantly and returns a [`Card`] of their content
+//! and their problems; [`stratified_k_fold`] and [`group_k_fold`]
+//! cut the samples into [`Fold`]s without cutting duplicates or groups; [`Augment`] reflects, moves, scales and turns
+//! training images.
 //!
-//! [`Dataset::new`] takes arrays that are in memory already. Either way the facts travel with the samples:
-//! what one sample is ([`SampleSpec`]), whether it was simulated or recorded ([`Source`]), what its labels mean
-//! ([`Labels`]).
+//! [`Dataset::new`] takes arrays that are in memory already. Either way the facts stay with the samples: their axes, shape
+//! and unit ([`SampleSpec`]), whether they were simulated or recorded ([`Source`]), the meaning of their labels ([`Labels`]).
 //!
 //! ```
 //! use ndarray::Array3;
 //! use taxel_data::{Dataset, Layout, stratified_k_fold};
 //!
-//! // Six grasps of 5 channels and 50 readings each, of two objects.
+//! // Six grasps of 5 channels and 50 time steps each, of two objects.
 //! let grasps = Array3::from_shape_fn((6, 5, 50), |(i, channel, t)| (i * channel + t) as f32);
 //! let objects = ["pear", "apple", "pear", "apple", "pear", "apple"];
 //! let data = Dataset::new("glove", Layout::Series, grasps.into_dyn(), &objects)?
@@ -30,7 +29,7 @@
 //! # Ok::<(), taxel_data::Error>(())
 //! ```
 //!
-//! Every message names the file, the array and the sample, the value, and the way out.
+//! Every message names the file, the array and the sample, the value, and how to fix it.
 
 mod augment;
 mod check;
@@ -61,7 +60,7 @@ pub use dataset::targets::{Quantity, Targets, Task, Values};
 pub use error::{Class, Error, Result};
 pub use formats::formats;
 pub use formats::table::options::{Clock, NotATable, TableForm, TableOptions};
-pub use length::length::{Length, Longer, NotALength, Padding, Part};
+pub use length::length::{CropPart, Length, Longer, NotALength, Padding};
 pub use length::lengths::Lengths;
 pub use load::{Survey, check, check_with, exists, load, read_npy, survey};
 pub use options::{Drop, Limits, ReadOptions};

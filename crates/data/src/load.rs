@@ -1,29 +1,29 @@
-//! From a path to a data set, or to a card of what is wrong with it.
+//! Reads a path as a data set, or as a card that lists its problems.
 
 use crate::check::card::Card;
 use crate::dataset::assemble::assemble;
 use crate::dataset::dataset::Dataset;
-use crate::dataset::one_hot::Columns;
+use crate::dataset::one_hot::LabelForm;
 use crate::dataset::raw::Raw;
 use crate::formats::bag::path::is_bag;
 use crate::formats::ucr::names_pair;
 use crate::formats::{READERS, npy_file};
-use crate::options::ReadOptions;
+use crate::options::{ReadOptions, refuse_set};
 use crate::reader::{Place, Purpose};
 use crate::{Error, Result};
 use ndarray::ArrayD;
 use std::io;
 use std::path::Path;
 
-/// Reads the data set at `path`: a file or folder in one of the [`formats`](crate::formats), whose rows say what lies how
-/// and what it becomes; `docs/data.md` has the same table.
+/// Reads the data set at `path`: a file or folder in one of the [`formats`](crate::formats). `docs/data.md` has the
+/// same table.
 ///
-/// Recordings may differ in length along time; [`ReadOptions::length`] says what becomes of them. Steps at the end
-/// of a sample in which every value is NaN are padding and no readings.
+/// Recordings may differ in length along time; [`ReadOptions::length`] makes them equal. Time steps at the end of a
+/// sample in which every value is NaN are padding and are left out.
 ///
 /// # Errors
 ///
-/// The first thing that is wrong: the path, the archive, types and shapes, labels out of range or
+/// The first problem: the path, the archive, types and shapes, labels out of range or
 /// missing, a value that is not finite, a class without samples, recordings of unequal length without a rule,
 /// options that do not fit.
 /// [`check`] lists all of them.
@@ -39,12 +39,12 @@ pub fn load(path: &Path, options: &ReadOptions) -> Result<Dataset> {
 ///
 /// # Errors
 ///
-/// Only what keeps the file from being read at all; everything else is in [`Card::problems`].
+/// A file that cannot be read at all; every other problem is in [`Card::problems`].
 pub fn check(path: &Path) -> Result<Card> {
     check_with(path, &ReadOptions::default())
 }
 
-/// [`check`] with other than default options.
+/// Reads the data set at `path` and describes it, problems included.
 ///
 /// # Errors
 ///
@@ -53,19 +53,19 @@ pub fn check_with(path: &Path, options: &ReadOptions) -> Result<Card> {
     survey(path, options).map(|survey| survey.card)
 }
 
-/// A data set with all that is known of it, usable or not.
+/// A data set and its description, usable or not.
 #[derive(Debug)]
 pub struct Survey {
-    /// What it holds, and what is wrong with it.
+    /// Its description, problems included.
     pub card: Card,
-    /// Its samples; where recordings are unequal and nobody has said what to do, under the proposed rule. Where the
-    /// card has problems it may break what [`Dataset`] promises: labels without a class, values that are not finite.
+    /// Its samples; unequal recordings without a rule are under the proposed one. Where the card has problems, labels may
+    /// have no class and values may not be finite, against the promises of [`Dataset`].
     pub dataset: Dataset,
-    /// Readings of each recording along time before a rule, where there is one.
+    /// Time steps of each recording before a rule for its length, where there is one.
     pub readings: Option<Vec<usize>>,
 }
 
-/// [`check_with`], and the samples to look at.
+/// Reads a data set as [`check_with`], and returns the samples beside the card.
 ///
 /// # Errors
 ///
@@ -77,15 +77,17 @@ pub fn survey(path: &Path, options: &ReadOptions) -> Result<Survey> {
     let mut card = Card::new(&checked.dataset);
     (card.other_arrays, card.ignored, card.read_as) = (others, ignored, read_as);
     card.lengths = checked.lengths;
-    card.labels = match checked.columns {
-        Columns::One | Columns::Unsaid => card.labels,
-        Columns::OneHot => {
+    card.labels = match checked.label_form {
+        LabelForm::One | LabelForm::Unsaid => card.labels,
+        LabelForm::OneHot => {
             Some(format!("labels are one-hot: {} classes", checked.dataset.output_names().len()))
         }
-        Columns::Attributes => checked.dataset.targets.columns().map(|columns| {
+        LabelForm::Attributes => checked.dataset.targets.columns().map(|columns| {
             let count = columns.attributes().len();
             match (options.attributes.is_empty(), options.attribute.unwrap_or(0)) {
-                (true, own) => format!("labels are {count} attributes, of which column {own} is the class"),
+                (true, column) => {
+                    format!("labels are {count} attributes, of which column {column} is the class")
+                }
                 (false, _) => format!("labels are {count} attributes"),
             }
         }),
@@ -94,15 +96,14 @@ pub fn survey(path: &Path, options: &ReadOptions) -> Result<Survey> {
     Ok(Survey { card, dataset: checked.dataset, readings: checked.readings })
 }
 
-/// Reads what lies at a path with the first reader that recognises it.
+/// Reads a path with the first reader that recognises it.
 pub(crate) fn open(path: &Path, purpose: Purpose, options: &ReadOptions) -> Result<Raw> {
     let place = Place { path, purpose, readers: READERS };
     let reader = READERS.iter().find(|reader| reader.recognises(&place, options));
     let raw = reader.ok_or_else(|| refuse(&place))?.read(&place, options)?;
-    if !options.topics.is_empty() && raw.topics.is_empty() {
-        let why = "names topics of bags, of which there are none; leave it out";
-        return Err(Error::Option { file: raw.file, option: "topics", why });
-    }
+    let has_no_bags = !options.topics.is_empty() && raw.topics.is_empty();
+    let why = "names topics of bags, of which there are none; leave it out";
+    refuse_set(&raw.file, &[("topics", has_no_bags)], why)?;
     Ok(raw)
 }
 
@@ -127,8 +128,16 @@ fn refuse(place: &Place) -> Error {
     match place.path.metadata() {
         Err(e) if e.kind() == io::ErrorKind::NotFound => place.not_found(),
         Err(e) => Error::Io { file, kind: e.kind() },
-        Ok(_) if is_bag(place.path) => Error::OneBag { file },
+        Ok(_) if is_bag(place.path) => Error::file(
+            file,
+            "is one bag, which says no class; give the folder of several, with labels.csv in it (file,label, and of \
+             parts of a bag start,end in seconds)",
+        ),
         Ok(about) if about.is_file() && !place.needs_labels() => place.unknown_extension(file),
-        Ok(_) => Error::NotADataset { file, endings: place.endings(|reader| reader.reads_sets()) },
+        Ok(_) => {
+            let endings = place.endings(|reader| reader.reads_sets());
+            let why = "with labels, or a folder with one sub-folder per class";
+            Error::file(file, format!("not a data set; give a {endings} {why}"))
+        }
     }
 }

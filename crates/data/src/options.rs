@@ -1,4 +1,4 @@
-//! What to read from a data set and what to leave out.
+//! Options of reading: which arrays, channels and rows of a data set, and the limits on its size.
 
 use serde::{Deserialize, Serialize};
 use taxel_base::Layout;
@@ -25,27 +25,58 @@ pub struct Limits {
     /// Most values in one array, and in all samples together: a file that says more is refused before memory is taken for
     /// it [default: 268435456, which are 1 GiB].
     #[cfg_attr(feature = "clap", arg(long, value_name = "COUNT", default_value_t = Limits::DEFAULT.max_values, hide_default_value = true))]
-    #[serde(alias = "max-values", skip_serializing_if = "is_max_values")]
+    #[serde(alias = "max-values", skip_serializing_if = "is::<MAX_VALUES>")]
     pub max_values: u64,
     /// Most samples, and most labels (samples times attributes). Default 2^22 (4 million).
     #[cfg_attr(feature = "clap", arg(skip = Limits::DEFAULT.max_samples))]
-    #[serde(alias = "max-samples", skip_serializing_if = "is_max_samples")]
+    #[serde(alias = "max-samples", skip_serializing_if = "is::<MAX_SAMPLES>")]
     pub max_samples: u64,
     /// Most bytes in one sample file or labels file. Default 2^28 (256 MiB).
     #[cfg_attr(feature = "clap", arg(skip = Limits::DEFAULT.max_file_bytes))]
-    #[serde(alias = "max-file-bytes", skip_serializing_if = "is_max_file_bytes")]
+    #[serde(alias = "max-file-bytes", skip_serializing_if = "is::<MAX_FILE_BYTES>")]
     pub max_file_bytes: u64,
     /// Most pixels in one image file that is not resized; with [`ReadOptions::resize`] it is `max_values`.
     /// Default 2^24 (4096 × 4096).
     #[cfg_attr(feature = "clap", arg(skip = Limits::DEFAULT.max_pixels))]
-    #[serde(alias = "max-pixels", skip_serializing_if = "is_max_pixels")]
+    #[serde(alias = "max-pixels", skip_serializing_if = "is::<MAX_PIXELS>")]
     pub max_pixels: u64,
 }
 
+const MAX_VALUES: u64 = 1 << 28;
+const MAX_SAMPLES: u64 = 1 << 22;
+const MAX_FILE_BYTES: u64 = 1 << 28;
+const MAX_PIXELS: u64 = 1 << 24;
+
 impl Limits {
     /// The limits where nobody says others.
-    const DEFAULT: Self =
-        Self { max_values: 1 << 28, max_samples: 1 << 22, max_file_bytes: 1 << 28, max_pixels: 1 << 24 };
+    const DEFAULT: Self = Self {
+        max_values: MAX_VALUES,
+        max_samples: MAX_SAMPLES,
+        max_file_bytes: MAX_FILE_BYTES,
+        max_pixels: MAX_PIXELS,
+    };
+
+    /// Says that an array or a set of this shape has too many values.
+    pub(crate) fn too_large(&self, at: &str, shape: &[usize], hint: &'static str) -> Error {
+        let shape = shape.iter().map(|axis| *axis as u64).collect();
+        Error::TooLarge { at: at.into(), shape, limit: self.max_values, hint }
+    }
+
+    /// Refuses recordings that together have more values than allowed.
+    pub(crate) fn refuse_values(&self, at: &str, values: usize) -> Result<()> {
+        if values as u64 <= self.max_values {
+            return Ok(());
+        }
+        Err(self.too_large(at, &[values], "take fewer recordings or raise limits.max_values"))
+    }
+
+    /// Refuses more samples than allowed.
+    pub(crate) fn refuse_samples(&self, at: &str, samples: u64) -> Result<()> {
+        if samples <= self.max_samples {
+            return Ok(());
+        }
+        Err(Error::TooManySamples { at: at.into(), samples, limit: self.max_samples })
+    }
 }
 
 impl Default for Limits {
@@ -54,20 +85,8 @@ impl Default for Limits {
     }
 }
 
-fn is_max_values(value: &u64) -> bool {
-    *value == Limits::DEFAULT.max_values
-}
-
-fn is_max_samples(value: &u64) -> bool {
-    *value == Limits::DEFAULT.max_samples
-}
-
-fn is_max_file_bytes(value: &u64) -> bool {
-    *value == Limits::DEFAULT.max_file_bytes
-}
-
-fn is_max_pixels(value: &u64) -> bool {
-    *value == Limits::DEFAULT.max_pixels
+fn is<const LIMIT: u64>(value: &u64) -> bool {
+    *value == LIMIT
 }
 
 /// How recordings are read, for the library, a config and a command line alike; by default arrays `x`, `y` and, where
@@ -183,22 +202,22 @@ fn is_default<T: Default + PartialEq>(value: &T) -> bool {
 }
 
 impl ReadOptions {
-    /// The name of the array of samples.
+    /// Returns the name of the array of samples.
     pub(crate) fn x(&self) -> &str {
         self.x.as_deref().unwrap_or("x")
     }
 
-    /// The name of the array or column of labels.
+    /// Returns the name of the array or column of labels.
     pub(crate) fn y(&self) -> &str {
         self.y.as_deref().unwrap_or("y")
     }
 
-    /// Whether another array than `x` is named.
+    /// Checks whether another array than `x` is named.
     pub(crate) fn names_x(&self) -> bool {
         self.x() != "x"
     }
 
-    /// Whether other labels than `y` are named.
+    /// Checks whether other labels than `y` are named.
     pub(crate) fn names_y(&self) -> bool {
         self.y() != "y"
     }

@@ -1,8 +1,8 @@
-//! Readers: what takes a path and brings home recordings, and the formats whose files hold one recording each.
+//! The traits of readers, which take a path and return recordings, and of formats whose files hold one recording each.
 
 use crate::dataset::digest::RowHash;
 use crate::dataset::raw::Raw;
-use crate::layout::listing::Found;
+use crate::layout::listing::FoundFiles;
 use crate::length::ragged::Ragged;
 use crate::options::ReadOptions;
 use crate::{Error, Result};
@@ -13,29 +13,29 @@ use taxel_base::Layout;
 /// One row of the table of what can be read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Format {
-    /// What it is called.
+    /// Its name.
     pub name: &'static str,
     /// Endings of its files, without the point; none of a folder.
     pub endings: &'static [&'static str],
     /// How recordings lie in it.
     pub holds: &'static str,
-    /// What the samples become, with their axes.
+    /// The samples that they become, with their axes.
     pub becomes: &'static str,
 }
 
 impl Format {
-    /// Whether a path has one of its endings.
+    /// Checks whether a path has one of its endings.
     pub(crate) fn names(&self, path: &Path) -> bool {
         has_ending(path, self.endings)
     }
 }
 
-/// Whether a path ends in one of `endings`, in small or capital letters.
+/// Checks whether a path ends in one of `endings`, in small or capital letters.
 pub(crate) fn has_ending(path: &Path, endings: &[&str]) -> bool {
-    path.extension().is_some_and(|own| endings.iter().any(|ending| own.eq_ignore_ascii_case(ending)))
+    path.extension().is_some_and(|found| endings.iter().any(|ending| found.eq_ignore_ascii_case(ending)))
 }
 
-/// What recordings are read for.
+/// The use that recordings are read for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Purpose {
     /// A data set to learn from: every sample has a label.
@@ -44,7 +44,7 @@ pub(crate) enum Purpose {
     Predict { rank: usize },
 }
 
-/// A path, and what it is read for.
+/// A path, and the use that it is read for.
 #[derive(Clone, Copy)]
 pub(crate) struct Place<'p> {
     pub path: &'p Path,
@@ -54,22 +54,22 @@ pub(crate) struct Place<'p> {
 }
 
 impl Place<'_> {
-    /// The path as messages name it.
+    /// Returns the path as messages name it.
     pub fn file(&self) -> String {
         self.path.display().to_string()
     }
 
-    /// Whether samples without labels are refused.
+    /// Checks whether samples without labels are refused.
     pub fn needs_labels(&self) -> bool {
         self.purpose == Purpose::Learn
     }
 
-    /// The format in which a file is one recording.
+    /// Finds the format in which a file is one recording.
     pub fn format_of(&self, path: &Path) -> Option<&'static dyn FileFormat> {
         self.readers.iter().filter_map(|reader| reader.file_format()).find(|format| format.takes(path))
     }
 
-    /// Lists the endings of what some readers read, as a message says them: `.csv, .npy or .png`.
+    /// Lists the endings of the files that some readers read, as a message says them: `.csv, .npy or .png`.
     pub fn endings(&self, of: fn(&dyn Reader) -> bool) -> String {
         let mut endings: Vec<String> = vec![];
         for reader in self.readers.iter().filter(|reader| of(**reader)) {
@@ -91,7 +91,7 @@ impl Place<'_> {
         Error::NotFound { file: self.file(), endings: self.endings(|_| true) }
     }
 
-    /// Says what may be given instead, where an error says that a file is not there.
+    /// Adds to an error about a missing file the endings that may be given instead.
     pub fn with_advice(&self, error: Error) -> Error {
         match error {
             Error::Io { file, kind: ErrorKind::NotFound } => {
@@ -103,27 +103,28 @@ impl Place<'_> {
 
     /// Refuses a file that no format of single recordings takes.
     pub fn unknown_extension(&self, file: String) -> Error {
-        Error::UnknownExtension { file, endings: self.endings(|reader| reader.file_format().is_some()) }
+        let endings = self.endings(|reader| reader.file_format().is_some());
+        Error::file(file, format!("unknown kind of recording; use {endings}"))
     }
 }
 
 /// Reads what lies at a path. The readers and their order are in `formats/mod.rs`.
 pub(crate) trait Reader: Sync {
-    /// The rows of this reader in the table of what can be read.
+    /// Returns its rows in the table of what can be read.
     fn formats(&self) -> &'static [Format];
 
-    /// Whether it reads what lies at a place.
+    /// Checks whether it reads the file or folder at a place.
     fn recognises(&self, place: &Place, options: &ReadOptions) -> bool;
 
-    /// Reads what lies there.
+    /// Reads the file or folder at a place.
     fn read(&self, place: &Place, options: &ReadOptions) -> Result<Raw>;
 
-    /// Whether what it reads can be a whole data set, labels included.
+    /// Checks whether its files can be whole data sets, labels included.
     fn reads_sets(&self) -> bool {
         true
     }
 
-    /// How a file in a folder of recordings is read, where one of its files is one recording.
+    /// Returns its format, where a file in a folder of recordings is one recording.
     fn file_format(&self) -> Option<&dyn FileFormat> {
         None
     }
@@ -131,43 +132,47 @@ pub(crate) trait Reader: Sync {
 
 /// Reads files of which each is one recording.
 pub(crate) trait FileFormat: Sync {
-    /// What a file is, for messages: `CSV`, `an image`.
+    /// Names a file in messages: `CSV`, `an image`.
     fn name(&self) -> &'static str;
 
-    /// Its row in the table of what can be read.
+    /// Returns its row in the table of what can be read.
     fn format(&self) -> &'static Format;
 
-    /// Whether a path is named like a file of this format.
+    /// Checks whether a path is named like a file of this format.
     fn takes(&self, path: &Path) -> bool {
         self.format().names(path)
     }
 
-    /// What the axes of a sample of so many are; none where the file does not say.
-    fn layout(&self, rank: usize) -> Option<Layout>;
+    /// Returns the axes of a sample that has `rank` of them; none where the format does not say.
+    fn layout(&self, _rank: usize) -> Option<Layout> {
+        None
+    }
 
-    /// How samples that differ in more than their length are made equal, as the end of a message.
+    /// Ends the message about samples that differ in more than their length: how to make them equal.
     fn hint(&self) -> &'static str {
         " but for time"
     }
 
-    /// Whether an option (`x`, `resize`) says something of these files.
+    /// Checks whether an option (`x`, `resize`) applies to these files.
     fn takes_option(&self, _option: &str) -> bool {
         false
     }
 
-    /// The shape of the sample in a file, where its head says it before the file is read.
+    /// Reads the shape of the sample from the head of a file, where it is there.
     fn shape(&self, _path: &Path, _options: &ReadOptions) -> Result<Option<Vec<usize>>> {
         Ok(None)
     }
 
-    /// Reads one file.
-    fn read(&self, path: &Path, options: &ReadOptions) -> Result<Sample>;
+    /// Reads one file. Formats whose files are read together leave this out.
+    fn read(&self, path: &Path, _options: &ReadOptions) -> Result<Sample> {
+        Err(Error::NoSamples { at: path.display().to_string() })
+    }
 
-    /// Reads all files below `root` where they share a clock; none where each is read alone.
+    /// Reads all files below `root` together, where they share a clock; none where each is read by [`read`](Self::read).
     fn read_together(
         &self,
         _root: &Path,
-        _found: &Found,
+        _found: &FoundFiles,
         _options: &ReadOptions,
     ) -> Option<Result<Recorded>> {
         None

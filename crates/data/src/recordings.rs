@@ -1,9 +1,8 @@
-//! Recordings that want an answer: labels, if there are any, only say whether it is right.
+//! Recordings to predict: labels, if there are any, only say whether a prediction is right.
 
 use crate::dataset::one_hot::settle;
-use crate::dataset::raw::DATA;
-use crate::dataset::raw::Raw;
-use crate::dataset::spec_of::time_axis;
+use crate::dataset::raw::{DATA, Raw};
+use crate::dataset::spec_of::likeliest_layout;
 use crate::dataset::validate::channels;
 use crate::formats::bag::path::is_bag;
 use crate::formats::names::is_image;
@@ -29,24 +28,24 @@ pub struct Recordings {
     pub x: ArrayD<f32>,
     /// Where each sample comes from: its file, or `x[17]`.
     pub origins: Vec<String>,
-    /// Of samples that are windows the first reading of each, from 0; `origins` name their recordings.
+    /// Where samples are windows, the first time step of each, from 0; `origins` name their recordings.
     pub starts: Option<Vec<usize>>,
-    /// Names of each sample's classes `[N][attributes]`; none where nothing is said of them.
+    /// Names of each sample's classes `[N][attributes]`; none without labels.
     pub truth: Option<Vec<Vec<String>>>,
 }
 
 /// Reads recordings for a model that takes samples of `rank` axes: every layout of [`load`](crate::load), with
 /// or without labels, a folder of files without class folders, and a single CSV, NPY, MAT, PNG or JPEG file.
 ///
-/// A CSV file is a table for a model of features, or where a column of it names recordings; otherwise one recording.
+/// A CSV file is a table for a model of features, and where one of its columns names recordings; otherwise one recording.
 ///
-/// Of a single `.npy`, `rank` axes are one sample and one more are a batch. With the `layout` and the `length`
-/// of the model's reading in `options`, recordings may have any length.
+/// A single `.npy` with `rank` axes is one sample, one with an axis more a batch. With the `layout` and the `length`
+/// of the model's [`SampleSpec`](crate::SampleSpec) in `options`, recordings may have any length.
 ///
 /// # Errors
 ///
-/// As [`load`](crate::load), labels left aside: classes may be missing, and more may be there than a model knows.
-/// A recording without a window.
+/// As [`load`](crate::load), but for labels: classes may be missing, or unknown to a model.
+/// Also a recording that is shorter than a window.
 pub fn recordings(path: &Path, options: &ReadOptions, rank: usize) -> Result<Recordings> {
     let Read { raw, x, time, truth } = read(path, options, rank)?;
     let (x, windows) = one_length(&raw, x, time, options)?;
@@ -74,26 +73,26 @@ pub struct Recording {
     pub values: Vec<f32>,
 }
 
-/// Reads what [`recordings`] does and leaves every recording as long as it is: [`ReadOptions::length`] has no part in it.
+/// Reads recordings as [`recordings`] does, and leaves each as long as it is: [`ReadOptions::length`] is ignored.
 ///
 /// # Errors
 ///
 /// As [`recordings`].
 pub fn whole_recordings(path: &Path, options: &ReadOptions, rank: usize) -> Result<Vec<Recording>> {
     let Read { raw, x, .. } = read(path, options, rank)?;
-    let one = |(at, own): (usize, &[f32])| {
+    let one = |(at, values): (usize, &[f32])| {
         let origin = raw.origins[at].clone();
-        Recording { origin, shape: x.shape_of(at), values: own.to_vec() }
+        Recording { origin, shape: x.shape_of(at), values: values.to_vec() }
     };
     Ok(x.each().enumerate().map(one).collect())
 }
 
-/// Whether the recordings at `path`, a file or a folder of files, classes or sessions, are images.
+/// Checks whether the recordings at `path`, a file or a folder of files, classes or sessions, are images.
 pub fn are_images(path: &Path) -> bool {
     hold(path, is_image, 3)
 }
 
-/// Whether the recordings at `path` are bags of ROS 2.
+/// Checks whether the recordings at `path` are bags of ROS 2.
 pub fn are_bags(path: &Path) -> bool {
     hold(path, is_bag, 3)
 }
@@ -109,13 +108,13 @@ fn hold(path: &Path, is_it: fn(&Path) -> bool, levels: usize) -> bool {
     levels > 0 && !path.join(DATA).is_file() && list(path).is_ok_and(below)
 }
 
-/// What is at a path, its recordings as long as they are.
+/// The content of a path, its recordings as long as they are.
 struct Read {
     raw: Raw,
     x: Ragged,
-    /// Their axis of time.
+    /// Their time axis.
     time: Option<usize>,
-    /// Names of each recording's classes, where they are known.
+    /// Names of each recording's classes, where there are labels.
     truth: Option<Vec<Vec<String>>>,
 }
 
@@ -126,54 +125,43 @@ fn read(path: &Path, options: &ReadOptions, rank: usize) -> Result<Read> {
     let truth = Some(truth(&raw)).filter(|rows| rows.len() == raw.x.len());
     let x = std::mem::take(&mut raw.x);
     let all: Vec<usize> = (0..x.len()).collect();
-    let time = time_axis(options.layout, raw.facts.layout, raw.format, &raw.dtype, x.sample_shape());
-    let x = match time {
-        Some(axis) => x.without_padding(axis),
-        None => x,
-    };
+    let time = likeliest_layout([options.layout, raw.facts.layout, raw.format], &raw.dtype, x.sample_shape())
+        .time_axis();
+    let x = x.without_padding(time);
     refuse_channels(&raw, &x, time, chosen.as_deref())?;
     let x = x.select(&all, chosen.as_deref());
     Ok(Read { raw, x, time, truth })
 }
 
-/// Recording and first reading of each sample that is a window.
+/// Recording and first time step of each sample that is a window.
 type Windows = Option<Vec<(usize, usize)>>;
 
-/// Samples of one length.
+/// Brings recordings to one length.
 fn one_length(
     raw: &Raw,
     x: Ragged,
     time: Option<usize>,
     options: &ReadOptions,
 ) -> Result<(ArrayD<f32>, Windows)> {
-    let unequal = |axis: usize, x: &Ragged| Lengths::of(&x.lengths(axis), None).refused(&raw.file);
-    let (axis, rule) = match (time, &options.length) {
-        (Some(axis), Some(rule)) => (axis, rule),
-        (axis, _) => {
-            let refused = axis.filter(|_| x.is_unequal()).map(|axis| unequal(axis, &x));
-            return match (refused, x.into_array()) {
-                (None, Some(x)) => Ok((x, None)),
-                (Some(error), _) => Err(error),
-                (None, None) => Err(Error::NoSamples { at: raw.file.clone() }),
-            };
+    let Some((axis, rule)) = time.zip(options.length) else {
+        if let Some(axis) = time.filter(|_| x.is_unequal()) {
+            return Err(Lengths::of(&x.lengths(axis), None).refused(&raw.file));
         }
+        let x = x.into_array().ok_or_else(|| Error::NoSamples { at: raw.file.clone() })?;
+        return Ok((x, None));
     };
     let lengths = x.lengths(axis);
     let short = lengths.iter().position(|length| *length < rule.to());
-    if let (Length::Window { to, .. }, Some(short)) = (*rule, short) {
+    if let (Length::Window { to, .. }, Some(short)) = (rule, short) {
         let why = "it holds no window, so there is no answer to it; leave it out";
-        return Err(Error::RecordingLength {
-            sample: raw.sample_name(short),
-            length: lengths[short],
-            to,
-            why,
-        });
+        let (sample, length) = (raw.sample_name(short), lengths[short]);
+        return Err(Error::RecordingLength { sample, length, to, why });
     }
-    let cut = cut(rule, &x, axis, &options.limits, &raw.file, |row| raw.sample_name(row))?;
+    let cut = cut(&rule, &x, axis, &options.limits, &raw.file, |row| raw.sample_name(row))?;
     Ok((cut.x, cut.windows))
 }
 
-/// Names of the classes of each sample; a label that has no name goes by its number.
+/// Returns the names of the classes of each sample; a label without a name goes by its number.
 fn truth(raw: &Raw) -> Vec<Vec<String>> {
     let name = |(column, label): (usize, &i64)| {
         let names = raw.names.as_ref().and_then(|names| names.columns.get(column));

@@ -1,4 +1,4 @@
-//! Cutting samples into folds: a pure function of labels, groups, copies, seed and repetition.
+//! Cuts samples into folds: a pure function of labels, groups, copies, seed and repetition.
 
 use crate::{Error, Result};
 use rand::seq::SliceRandom;
@@ -25,8 +25,8 @@ pub struct Shares {
     pub validation: f64,
 }
 
-/// Samples that stay together, and their labels with how often each occurs.
-struct Unit {
+/// Samples that stay together, and the number of samples of each label.
+struct SplitUnit {
     samples: Vec<usize>,
     labels: BTreeMap<u32, usize>,
 }
@@ -50,14 +50,8 @@ pub fn stratified_k_fold(
     repetition: u32,
     units: Option<&[u32]>,
 ) -> Result<Vec<Fold>> {
-    let own: Vec<u32>;
-    let units = match units {
-        Some(units) => units,
-        None => {
-            own = (0..y.len() as u32).collect();
-            &own
-        }
-    };
+    let singles = singles(y.len());
+    let units = units.unwrap_or(&singles);
     refuse(y, units, "units", k)?;
     let mut units = gather(y, units);
     let mut per_class: BTreeMap<u32, usize> = BTreeMap::new();
@@ -69,7 +63,7 @@ pub fn stratified_k_fold(
     }
     let mut rng = taxel_base::seed::rng(seed, &format!("split/stratified/{repetition}"));
     units.shuffle(&mut rng);
-    // Large units first, as they fit only while folds are empty; then class by class.
+    // Large units fit only while folds are empty, so they come first; then class by class.
     units.sort_by_key(|unit| {
         let size = unit.samples.len();
         let single = size == 1;
@@ -78,24 +72,15 @@ pub fn stratified_k_fold(
     });
     let mut order: Vec<usize> = (0..k).collect();
     order.shuffle(&mut rng);
-    let mut test_of = vec![0; y.len()];
-    let mut of_class: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
-    let mut totals = vec![0; k];
+    let mut filling = Filling::new(y.len(), k);
     for unit in &units {
-        let load = |fold: usize| -> usize {
-            let held = |label| of_class.get(label).map_or(0, |counts| counts[fold]);
-            unit.labels.keys().map(held).sum()
-        };
-        let best = order.iter().copied().min_by_key(|fold| (load(*fold), totals[*fold]));
+        let load =
+            |fold: usize| -> usize { unit.labels.keys().map(|label| filling.held(*label, fold)).sum() };
+        let best = order.iter().copied().min_by_key(|fold| (load(*fold), filling.totals[*fold]));
         #[expect(clippy::expect_used, reason = "fewer than two folds are refused")]
-        let fold = best.expect("a fold at least");
-        for (label, count) in &unit.labels {
-            of_class.entry(*label).or_insert_with(|| vec![0; k])[fold] += count;
-        }
-        totals[fold] += unit.samples.len();
-        unit.samples.iter().for_each(|sample| test_of[*sample] = fold);
+        filling.put(unit, best.expect("a fold at least"));
     }
-    Ok(folds(&test_of, k))
+    Ok(filling.folds())
 }
 
 /// Cuts the samples into `k` folds without cutting any group.
@@ -116,12 +101,10 @@ pub fn group_k_fold(groups: &[u32], y: &[u32], k: usize, seed: u64, repetition: 
     if units.len() < k {
         return Err(Error::TooFewGroups { groups: units.len(), k });
     }
-    let mut test_of = vec![0; y.len()];
+    let mut filling = Filling::new(y.len(), k);
     if units.len() == k {
-        for (fold, unit) in units.iter().enumerate() {
-            unit.samples.iter().for_each(|sample| test_of[*sample] = fold);
-        }
-        return Ok(folds(&test_of, k));
+        units.iter().enumerate().for_each(|(fold, unit)| filling.put(unit, fold));
+        return Ok(filling.folds());
     }
     let mut sizes: BTreeMap<u32, f64> = BTreeMap::new();
     y.iter().for_each(|label| *sizes.entry(*label).or_default() += 1.0);
@@ -130,29 +113,22 @@ pub fn group_k_fold(groups: &[u32], y: &[u32], k: usize, seed: u64, repetition: 
     units.sort_by_key(|unit| std::cmp::Reverse(unit.samples.len()));
     let mut order: Vec<usize> = (0..k).collect();
     order.shuffle(&mut rng);
-    let mut held: Vec<BTreeMap<u32, f64>> = vec![BTreeMap::new(); k];
-    let mut totals = vec![0usize; k];
     for unit in &units {
-        // Growth of the sum of squared shares, of each class and of the whole: an empty fold
-        // costs nothing, so every fold gets a group.
+        // The growth of the sum of squared shares, of each class and of the whole. An empty fold costs nothing, so every
+        // fold gets a group.
         let cost = |fold: usize| {
             let share = |(label, count): (&u32, &usize)| {
                 let size = sizes[label];
-                held[fold].get(label).copied().unwrap_or(0.0) * *count as f64 / (size * size)
+                filling.held(*label, fold) as f64 * *count as f64 / (size * size)
             };
-            let whole = (totals[fold] * unit.samples.len()) as f64 / (y.len() as f64).powi(2);
+            let whole = (filling.totals[fold] * unit.samples.len()) as f64 / (y.len() as f64).powi(2);
             unit.labels.iter().map(share).sum::<f64>() + whole
         };
         let best = order.iter().copied().min_by(|a, b| cost(*a).total_cmp(&cost(*b)));
         #[expect(clippy::expect_used, reason = "fewer than two folds are refused")]
-        let fold = best.expect("a fold at least");
-        for (label, count) in &unit.labels {
-            *held[fold].entry(*label).or_default() += *count as f64;
-        }
-        totals[fold] += unit.samples.len();
-        unit.samples.iter().for_each(|sample| test_of[*sample] = fold);
+        filling.put(unit, best.expect("a fold at least"));
     }
-    Ok(folds(&test_of, k))
+    Ok(filling.folds())
 }
 
 /// Cuts the samples at random into training, validation and test parts that hold the same share of
@@ -168,8 +144,8 @@ pub fn random_split(
     repetition: u32,
     units: Option<&[u32]>,
 ) -> Result<Fold> {
-    let own: Vec<u32> = (0..y.len() as u32).collect();
-    let units = units.unwrap_or(&own);
+    let singles = singles(y.len());
+    let units = units.unwrap_or(&singles);
     let fold = three_parts(y, units, "units", shares, seed, &format!("split/random/{repetition}"))?;
     for (part, rows) in fold.parts(shares) {
         let absent = y.iter().find(|label| !rows.iter().any(|&row| y[row] == **label));
@@ -200,8 +176,8 @@ pub fn random_group_split(
     }
 }
 
-/// Takes about `share` of `rows` away, evenly over the classes and without cutting a unit (exact copies,
-/// or groups): the rows that are left, and those taken, both ascending. `purpose` chooses them.
+/// Takes about `share` of `rows` away, evenly over the classes and without cutting a unit (exact copies, or groups).
+/// Returns the rows that are left, and those taken, both ascending. `purpose` chooses them.
 ///
 /// # Errors
 ///
@@ -219,8 +195,7 @@ pub fn hold_back(
     purpose: &str,
 ) -> Result<(Vec<usize>, Vec<usize>)> {
     let of = |table: &[u32]| rows.iter().map(|&row| table[row]).collect::<Vec<u32>>();
-    let own: Vec<u32> = (0..rows.len() as u32).collect();
-    let units = units.map_or(own, of);
+    let units = units.map_or_else(|| singles(rows.len()), of);
     let [left, taken, _] = deal(&of(y), &units, [1.0 - share, share, 0.0], seed, purpose);
     if left.is_empty() || taken.is_empty() {
         return Err(Error::NothingToHoldBack { samples: rows.len() });
@@ -229,9 +204,9 @@ pub fn hold_back(
     Ok((back(left), back(taken)))
 }
 
-/// `count` rows of every class among `pool`, ascending; of `units` `count` whole ones, such as the frames of as many
-/// recordings. The rows for a smaller count are among those for a larger one, so that a learning curve adds samples
-/// and never exchanges them.
+/// Chooses `count` rows of every class among `pool`, ascending; of `units` whole ones, such as the frames of `count`
+/// recordings. The rows for a smaller count are among those for a larger one, so that a learning curve only adds
+/// samples.
 ///
 /// # Errors
 ///
@@ -255,8 +230,8 @@ pub fn few_per_class(
             of_class.insert(unit(row));
         }
     }
-    if let Some((&class, own)) = taken.iter().find(|(_, own)| own.len() < count) {
-        return Err(Error::TooFewOfClass { class: class.into(), samples: own.len(), count });
+    if let Some((&class, chosen)) = taken.iter().find(|(_, chosen)| chosen.len() < count) {
+        return Err(Error::TooFewOfClass { class: class.into(), samples: chosen.len(), count });
     }
     let mut rows: Vec<usize> =
         pool.iter().copied().filter(|&row| taken[&y[row]].contains(&unit(row))).collect();
@@ -265,7 +240,7 @@ pub fn few_per_class(
 }
 
 impl Fold {
-    /// The parts that `shares` ask for, by name.
+    /// Returns the parts that `shares` ask for, by name.
     fn parts(&self, shares: Shares) -> Vec<(&'static str, &[usize])> {
         let mut parts = vec![("training", self.train.as_slice()), ("test", self.test.as_slice())];
         if shares.validation > 0.0 {
@@ -308,7 +283,7 @@ fn deal(y: &[u32], units: &[u32], shares: [f64; 3], seed: u64, purpose: &str) ->
             unit.labels.iter().map(of).sum()
         };
         let open = (0..3).filter(|part| shares[*part] > 0.0);
-        // The first of equals. Shares that are no numbers leave the other parts empty, which callers refuse.
+        // Of equals the first. NaN as share leaves the other parts empty, which callers refuse.
         let best = open.rev().max_by(|a, b| missing(*a).total_cmp(&missing(*b))).unwrap_or(0);
         for (label, count) in &unit.labels {
             *held[best].entry(*label).or_default() += *count as f64;
@@ -332,8 +307,13 @@ fn refuse(y: &[u32], other: &[u32], what: &'static str, k: usize) -> Result<()> 
     Ok(())
 }
 
-/// The samples of each unit, units ascending.
-fn gather(y: &[u32], units: &[u32]) -> Vec<Unit> {
+/// Numbers each sample as a unit of its own.
+fn singles(samples: usize) -> Vec<u32> {
+    (0..samples as u32).collect()
+}
+
+/// Gathers the samples of each unit, units ascending.
+fn gather(y: &[u32], units: &[u32]) -> Vec<SplitUnit> {
     let mut members: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
     for (sample, unit) in units.iter().enumerate() {
         members.entry(*unit).or_default().push(sample);
@@ -341,16 +321,44 @@ fn gather(y: &[u32], units: &[u32]) -> Vec<Unit> {
     let unit = |samples: Vec<usize>| {
         let mut labels = BTreeMap::new();
         samples.iter().for_each(|sample| *labels.entry(y[*sample]).or_default() += 1);
-        Unit { samples, labels }
+        SplitUnit { samples, labels }
     };
     members.into_values().map(unit).collect()
 }
 
-/// From the fold that tests each sample to the folds.
-fn folds(test_of: &[usize], k: usize) -> Vec<Fold> {
-    let fold = |fold: usize| {
-        let (test, train) = (0..test_of.len()).partition(|sample| test_of[*sample] == fold);
-        Fold { train, test, validation: vec![] }
-    };
-    (0..k).map(fold).collect()
+/// Folds that are filled unit by unit.
+struct Filling {
+    /// Number of samples of each label in each fold.
+    counts: BTreeMap<u32, Vec<usize>>,
+    /// Number of samples in each fold.
+    totals: Vec<usize>,
+    /// The fold that tests each sample.
+    test_of: Vec<usize>,
+}
+
+impl Filling {
+    fn new(samples: usize, k: usize) -> Self {
+        Self { counts: BTreeMap::new(), totals: vec![0; k], test_of: vec![0; samples] }
+    }
+
+    /// Returns the number of samples of a label in a fold.
+    fn held(&self, label: u32, fold: usize) -> usize {
+        self.counts.get(&label).map_or(0, |counts| counts[fold])
+    }
+
+    fn put(&mut self, unit: &SplitUnit, fold: usize) {
+        for (label, count) in &unit.labels {
+            self.counts.entry(*label).or_insert_with(|| vec![0; self.totals.len()])[fold] += count;
+        }
+        self.totals[fold] += unit.samples.len();
+        unit.samples.iter().for_each(|sample| self.test_of[*sample] = fold);
+    }
+
+    fn folds(&self) -> Vec<Fold> {
+        let fold = |fold: usize| {
+            let (test, train) = (0..self.test_of.len()).partition(|sample| self.test_of[*sample] == fold);
+            Fold { train, test, validation: vec![] }
+        };
+        (0..self.totals.len()).map(fold).collect()
+    }
 }

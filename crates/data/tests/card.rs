@@ -1,4 +1,4 @@
-//! What a card tells.
+//! The content of a card.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test may panic")]
 
 mod common;

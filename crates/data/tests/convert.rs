@@ -38,8 +38,8 @@ fn assert_same([before, after]: [Dataset; 2]) {
         (&after.targets.labels().unwrap(), &after.units)
     );
     let facts = |data: &Dataset| {
-        let own = data.spec.clone();
-        (own.layout, own.shape, own.unit, own.rate, own.full_scale, data.source.is_simulated())
+        let spec = data.spec.clone();
+        (spec.layout, spec.shape, spec.unit, spec.rate, spec.full_scale, data.source.is_simulated())
     };
     assert_eq!(facts(&before), facts(&after));
 }
@@ -135,9 +135,12 @@ fn unequal_recordings_end_in_nan_and_come_back_unequal() {
         let [before, after] = [&set, &output].map(|path| load(path, &options).unwrap());
         assert_same([before, after]);
         // Or under the rule at once.
-        let own = folder.path().join("ruled.npz");
-        assert_eq!(convert(&set, &options, &own).unwrap().padded, None);
-        assert_eq!(load(&own, &ReadOptions::default()).unwrap().digest, load(&set, &options).unwrap().digest);
+        let ruled = folder.path().join("ruled.npz");
+        assert_eq!(convert(&set, &options, &ruled).unwrap().padded, None);
+        assert_eq!(
+            load(&ruled, &ReadOptions::default()).unwrap().digest,
+            load(&set, &options).unwrap().digest
+        );
     }
     // One array per recording; irregular stamps of a long table; time first.
     let options = ReadOptions { length: Some("resample:8".parse().unwrap()), ..ReadOptions::default() };

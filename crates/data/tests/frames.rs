@@ -46,6 +46,9 @@ fn without_groups_a_recording_is_a_group() {
 #[test]
 fn what_has_no_frames_is_refused() {
     let each = squeezes(true).each_frame().unwrap();
-    let told = each.each_frame().unwrap_err().to_string();
-    assert!(told.contains("of shape [1, 3] is an image [H, W], and has no frames to take apart"), "{told}");
+    let message = each.each_frame().unwrap_err().to_string();
+    assert!(
+        message.contains("of shape [1, 3] is an image [H, W], and has no frames to take apart"),
+        "{message}"
+    );
 }

@@ -1,4 +1,4 @@
-//! What of the labels is learned.
+//! The choice of labels to learn.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test may panic")]
 
 mod common;

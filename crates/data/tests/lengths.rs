@@ -7,7 +7,7 @@ use common::{f32s, files, i64s, npz, refused};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use taxel_data::{
-    Dataset, Layout, Length, Limits, Longer, Padding, Part, ReadOptions, check, check_with, group_k_fold,
+    CropPart, Dataset, Layout, Length, Limits, Longer, Padding, ReadOptions, check, check_with, group_k_fold,
     load, recordings, stratified_k_fold,
 };
 use tempfile::{TempDir, tempdir};
@@ -44,9 +44,9 @@ fn resampling_agrees_with_numpy() {
     };
     let all = twin["recordings"].as_array().unwrap();
     let folder = tempdir().unwrap();
-    for (i, own) in all.iter().enumerate() {
-        let length = own["length"].as_u64().unwrap() as usize;
-        let values = floats(&own["values"]);
+    for (i, case) in all.iter().enumerate() {
+        let length = case["length"].as_u64().unwrap() as usize;
+        let values = floats(&case["values"]);
         let text: String = (0..length).map(|t| format!("{},{}\n", values[t], values[length + t])).collect();
         files(folder.path(), &[(&format!("c/{i}.csv"), &text)]);
     }
@@ -55,21 +55,21 @@ fn resampling_agrees_with_numpy() {
     for to in [2, 5, 7, 12] {
         let data = load(folder.path(), &with(&format!("resample:{to}"))).unwrap();
         assert_eq!(data.x.shape(), [all.len() + 1, 2, to]);
-        for (own, got) in all.iter().zip(rows(&data)) {
-            let of = |case: &&Value| case["length"] == own["length"] && case["to"] == to as u64;
+        for (recording, got) in all.iter().zip(rows(&data)) {
+            let of = |case: &&Value| case["length"] == recording["length"] && case["to"] == to as u64;
             let case = twin["cases"].as_array().unwrap().iter().find(of).unwrap();
             for (got, want) in got.iter().zip(floats(&case["values"])) {
-                assert!((got - want).abs() <= 2e-6 * want.abs().max(1.0), "{} to {to}", own["length"]);
+                assert!((got - want).abs() <= 2e-6 * want.abs().max(1.0), "{} to {to}", recording["length"]);
             }
         }
     }
     // The card's quartiles are numpy's lower ones.
     let lengths: Vec<usize> =
         twin["lengths"].as_array().unwrap().iter().map(|n| n.as_u64().unwrap() as usize).collect();
-    let own = check(self::folder(&lengths).path()).unwrap().lengths.unwrap();
-    let quartiles: Vec<u64> = own.quartiles.iter().map(|n| *n as u64).collect();
+    let lengths_of = check(self::folder(&lengths).path()).unwrap().lengths.unwrap();
+    let quartiles: Vec<u64> = lengths_of.quartiles.iter().map(|n| *n as u64).collect();
     assert_eq!(Value::from(quartiles), twin["quartiles"]);
-    assert_eq!((own.range, own.distinct, own.recordings), ([4, 30], 6, 7));
+    assert_eq!((lengths_of.range, lengths_of.distinct, lengths_of.recordings), ([4, 30], 6, 7));
 }
 
 #[test]
@@ -145,9 +145,9 @@ fn windows_stay_with_their_recording() {
     let apart = check_with(folder.path(), &with("window:2,5")).unwrap();
     assert_eq!(apart.lengths.unwrap().unused, 7 + 9 + 2 + 6 + 8 + 9 - 2 * (2 + 2 + 1 + 1 + 2 + 2));
     // Groups that are there already hold whole recordings, and stay.
-    let own = load(folder.path(), &ReadOptions { group_block: Some(2), ..with("window:3,2") }).unwrap();
-    assert_eq!(own.group_name.as_deref(), Some("position/2"));
-    assert_eq!(own.groups.unwrap()[..7], [0, 0, 0, 1, 1, 1, 0]);
+    let data = load(folder.path(), &ReadOptions { group_block: Some(2), ..with("window:3,2") }).unwrap();
+    assert_eq!(data.group_name.as_deref(), Some("position/2"));
+    assert_eq!(data.groups.unwrap()[..7], [0, 0, 0, 1, 1, 1, 0]);
 }
 
 #[test]
@@ -286,7 +286,7 @@ fn a_rule_is_a_text_and_a_table() {
         assert_eq!((rule.to_string().as_str(), serde_json::to_string(&rule).unwrap().as_str()), (text, key));
         assert_eq!(serde_json::from_str::<Length>(key).unwrap(), rule);
     }
-    assert_eq!("crop:3,start".parse(), Ok(Length::Crop { to: 3, from: Part::Start }));
+    assert_eq!("crop:3,start".parse(), Ok(Length::Crop { to: 3, from: CropPart::Start }));
     let zero = Length::Pad { to: 3, value: Padding::Zero, longer: Longer::Refuse };
     assert_eq!("pad:3,zero,refuse".parse(), Ok(zero));
     for bad in [
@@ -319,7 +319,7 @@ fn a_rule_out_of_range_or_beyond_the_limits_is_refused() {
     let ruled = |rule| ReadOptions { length: Some(rule), ..ReadOptions::default() };
     for (rule, why) in [
         (Length::Resample { to: 1 }, "length: is the number of readings, from 2"),
-        (Length::Crop { to: 0, from: Part::Start }, "length: is the number of readings, from 1"),
+        (Length::Crop { to: 0, from: CropPart::Start }, "length: is the number of readings, from 1"),
         (Length::Window { to: 2, hop: Some(0) }, "from one window to the next, from 1"),
         (Length::Resample { to: usize::MAX }, "values allowed; choose a smaller length"),
         (Length::Resample { to: 1 << 40 }, "values allowed; choose a smaller length"),

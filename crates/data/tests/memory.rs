@@ -216,12 +216,12 @@ fn a_card_of_fingers_counts_channels_of_each_finger() {
 fn a_saved_data_set_is_read_back_equal() {
     let folder = tempdir().unwrap();
     let path = folder.path().join("glove.npz");
-    let own = set().with_groups(&[7, 7, 8, 8, 9, 9]).unwrap().with_unit("N").with_rate(12.5).unwrap();
-    let own = own.with_full_scale(1023.0).unwrap();
-    own.save(&path).unwrap();
-    assert_eq!(load(&path, &ReadOptions::default()).unwrap(), own);
-    // What the axes are and what is tested is told.
-    let marked = own.with_official(vec![true, false, false, true, false, false]).unwrap();
+    let data = set().with_groups(&[7, 7, 8, 8, 9, 9]).unwrap().with_unit("N").with_rate(12.5).unwrap();
+    let data = data.with_full_scale(1023.0).unwrap();
+    data.save(&path).unwrap();
+    assert_eq!(load(&path, &ReadOptions::default()).unwrap(), data);
+    // Axes and marks of test samples are saved too.
+    let marked = data.with_official(vec![true, false, false, true, false, false]).unwrap();
     let image =
         Dataset { spec: taxel_data::SampleSpec { layout: Layout::Image, ..marked.spec.clone() }, ..marked };
     image.save(&path).unwrap();
@@ -247,13 +247,13 @@ fn a_data_set_of_several_attributes_is_read_back_with_all_of_them() {
     std::fs::rename(stored, &path).unwrap();
     let several =
         ReadOptions { attributes: vec!["hardness".into(), "height".into()], ..ReadOptions::default() };
-    let own = load(&path, &several).unwrap();
+    let data = load(&path, &several).unwrap();
     let again = folder.path().join("again/levels.npz");
     std::fs::create_dir(again.parent().unwrap()).unwrap();
-    own.save(&again).unwrap();
+    data.save(&again).unwrap();
     let read = load(&again, &several).unwrap();
     assert_eq!(
         (&read.targets.labels().unwrap(), &read.strata().to_vec(), &read.digest),
-        (&own.targets.labels().unwrap(), &own.strata().to_vec(), &own.digest)
+        (&data.targets.labels().unwrap(), &data.strata().to_vec(), &data.digest)
     );
 }

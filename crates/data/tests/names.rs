@@ -25,12 +25,13 @@ fn y(name: &str) -> ReadOptions {
 fn words(wide: bool, words: &[&str]) -> Vec<u8> {
     let mut bytes = vec![];
     for word in words {
-        let mut own: Vec<u8> = match wide {
-            true => word.chars().flat_map(|c| (c as u32).to_le_bytes()).collect(),
-            false => word.bytes().collect(),
+        let mut text: Vec<u8> = if wide {
+            word.chars().flat_map(|c| (c as u32).to_le_bytes()).collect()
+        } else {
+            word.bytes().collect()
         };
-        own.resize(if wide { 12 } else { 3 }, 0);
-        bytes.extend(own);
+        text.resize(if wide { 12 } else { 3 }, 0);
+        bytes.extend(text);
     }
     npy(if wide { "<U3" } else { "|S3" }, false, &[words.len() as u64], &bytes)
 }

@@ -34,8 +34,13 @@ fn one_hot_rows_become_class_numbers_of_the_same_digest() {
 #[test]
 fn unequal_recordings_have_one_hot_labels_or_attributes() {
     let folder = tempdir().unwrap();
-    let own = |length: u64| f32s(&[2, length], &vec![1.0; 2 * length as usize]);
-    let all = |y| npz(folder.path(), &[("a", own(5)), ("b", own(3)), ("c", own(4)), ("d", own(6)), ("y", y)]);
+    let recording = |length: u64| f32s(&[2, length], &vec![1.0; 2 * length as usize]);
+    let all = |y| {
+        npz(
+            folder.path(),
+            &[("a", recording(5)), ("b", recording(3)), ("c", recording(4)), ("d", recording(6)), ("y", y)],
+        )
+    };
     let length = Some("crop:3".parse().unwrap());
     let path = all(i64s(&[4, 3], &ONE_HOT));
     let options = ReadOptions { length, ..ReadOptions::default() };
@@ -110,8 +115,8 @@ fn attributes_are_learned_only_where_somebody_asks() {
     assert_eq!(load(&path, &first).unwrap().strata().to_vec(), [0, 1, 1, 0]);
     files(folder.path(), &[("labels.json", r#"{"classes": [["dry", "wet"], ["cold", "hot"]]}"#)]);
     assert_eq!(load(&path, &ReadOptions::default()).unwrap().output_names(), ["dry", "wet"]);
-    let told = check(&path).unwrap().labels;
-    assert_eq!(told.as_deref(), Some("labels are 2 attributes, of which column 0 is the class"));
+    let labels = check(&path).unwrap().labels;
+    assert_eq!(labels.as_deref(), Some("labels are 2 attributes, of which column 0 is the class"));
 }
 
 #[test]

@@ -77,8 +77,11 @@ fn lerobot_episodes_are_recordings() {
     }
     assert_eq!(load(&copy, &rule()).unwrap().output_names(), ["0", "1"], "tasks without names");
     std::fs::write(copy.join("labels.csv"), "episode,label\n0,soft\n1,soft\n2,stiff\n").unwrap();
-    let told = load(&copy, &rule()).unwrap();
-    assert_eq!((told.output_names().join(" "), told.strata().to_vec()), ("soft stiff".into(), vec![0, 0, 1]));
+    let labelled = load(&copy, &rule()).unwrap();
+    assert_eq!(
+        (labelled.output_names().join(" "), labelled.strata().to_vec()),
+        ("soft stiff".into(), vec![0, 0, 1])
+    );
     let refused = |table: &str| {
         std::fs::write(copy.join("labels.csv"), table).unwrap();
         load(&copy, &rule()).unwrap_err().to_string()

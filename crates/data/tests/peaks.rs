@@ -19,7 +19,7 @@ use tempfile::tempdir;
 static MEMORY: PeakAlloc = PeakAlloc;
 
 const CHANNELS: usize = 24;
-/// What a reader holds at once beside the samples: pages, chunks, lines.
+/// Memory that a reader holds at once beside the samples: pages, chunks, lines.
 const BESIDE: usize = 2 << 20;
 
 /// Reads a set of `recordings` of so many `readings`: bytes of its samples and stamps, and the most held meanwhile.

@@ -331,8 +331,8 @@ fn few_samples_grow_by_adding() {
 fn few_units_are_taken_whole() {
     // Recordings of three frames each, in two classes by turns.
     let recordings: Vec<u32> = (0..36).map(|row| row / 3).collect();
-    let units: Vec<u32> = recordings.iter().map(|own| own * 3).collect();
-    let y: Vec<u32> = recordings.iter().map(|own| own % 2).collect();
+    let units: Vec<u32> = recordings.iter().map(|recording| recording * 3).collect();
+    let y: Vec<u32> = recordings.iter().map(|recording| recording % 2).collect();
     let pool: Vec<usize> = (6..36).collect();
     let few = |count| few_per_class(&pool, &y, count, 0, 0, Some(&units));
     let taken = few(2).unwrap();

@@ -120,8 +120,12 @@ fn rows_of_a_long_table_are_readings_over_time() {
 #[test]
 fn irregular_time_stamps_are_interpolated_as_numpy_does() {
     let twin: Value = serde_json::from_str(&std::fs::read_to_string(fixture("long.json")).unwrap()).unwrap();
-    let longest =
-        twin["recordings"].as_array().unwrap().iter().map(|own| own["length"].as_u64().unwrap()).max();
+    let longest = twin["recordings"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|recording| recording["length"].as_u64().unwrap())
+        .max();
     let rule = format!("pad:{}", longest.unwrap());
     let options = ReadOptions { length: Some(rule.parse().unwrap()), ..ReadOptions::default() };
     let data = load(&fixture("long.csv"), &options).unwrap();
@@ -131,16 +135,16 @@ fn irregular_time_stamps_are_interpolated_as_numpy_does() {
         (data.groups.as_deref(), data.output_names().join(" ")),
         (Some(&[0, 1, 0][..]), "hard soft".into())
     );
-    for (sample, own) in data.x.outer_iter().zip(twin["recordings"].as_array().unwrap()) {
-        let length = own["length"].as_u64().unwrap() as usize;
+    for (sample, recording) in data.x.outer_iter().zip(twin["recordings"].as_array().unwrap()) {
+        let length = recording["length"].as_u64().unwrap() as usize;
         let values: Vec<f64> =
-            own["values"].as_array().unwrap().iter().map(|value| value.as_f64().unwrap()).collect();
+            recording["values"].as_array().unwrap().iter().map(|value| value.as_f64().unwrap()).collect();
         for channel in 0..2 {
             for t in 0..length {
                 let (got, want) = (f64::from(sample[[channel, t]]), values[channel * length + t]);
                 assert!(
                     (got - want).abs() <= 1e-4 * want.abs().max(1.0),
-                    "{own} [{channel}, {t}]: {got} {want}"
+                    "{recording} [{channel}, {t}]: {got} {want}"
                 );
             }
         }
@@ -190,10 +194,10 @@ fn a_row_of_taxels_has_the_shape_that_is_said() {
     // Taxels in another order, axes that the layout names.
     let turned = table("shape=1x3,column=c,column=b,column=a");
     assert_eq!(read(skin, &turned).x.as_slice().unwrap()[..3], [3.0, 2.0, 1.0]);
-    let told = |text: &str, layout| ReadOptions { layout: Some(layout), ..table(text) };
-    let colour = read(skin, &told("shape=3x1x2", Layout::Colour));
+    let given = |text: &str, layout| ReadOptions { layout: Some(layout), ..table(text) };
+    let colour = read(skin, &given("shape=3x1x2", Layout::Colour));
     assert_eq!((colour.x.shape(), colour.spec.layout), ([2, 3, 1, 2].as_slice(), Layout::Colour));
-    assert_eq!(read(skin, &told("shape=2x3", Layout::Series)).spec.layout, Layout::Series);
+    assert_eq!(read(skin, &given("shape=2x3", Layout::Series)).spec.layout, Layout::Series);
     // Frames of a recording, one of them between those of another.
     let squeezes = "recording,t,a,b,c,d,label\nx,0,1,2,3,4,up\ny,0,-1,-2,-3,-4,down\nx,1,5,6,7,8,up\ny,1,-5,-6,-7,-8,down\n";
     let frames = read(squeezes, &table("shape=2x2"));
@@ -202,9 +206,9 @@ fn a_row_of_taxels_has_the_shape_that_is_said() {
     assert_eq!(frames.spec.rate, Some(1.0));
     // What a model of images knows of its table reads another one, columns by their names.
     let known = ReadOptions { table: image.spec.table.clone().unwrap(), ..ReadOptions::default() };
-    let asked = "f,e,d,c,b,a\n6,5,4,3,2,1\n";
-    let own = with(asked, |path| recordings(path, &known, 2).unwrap());
-    assert_eq!(own.x.as_slice().unwrap(), [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
+    let other_order = "f,e,d,c,b,a\n6,5,4,3,2,1\n";
+    let reordered = with(other_order, |path| recordings(path, &known, 2).unwrap());
+    assert_eq!(reordered.x.as_slice().unwrap(), [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
     // What does not fit.
     let why = message(skin, &table("shape=2x4"));
     assert!(why.contains("has 6 channels in a row, and table.shape [2, 4] takes 8"), "{why}");
@@ -241,8 +245,8 @@ fn what_is_said_beside_a_table_counts() {
 #[test]
 fn a_table_without_labels_is_answered() {
     let unlabelled = "f1,f2\n1,2\n3,4\n";
-    let own = with(unlabelled, |path| recordings(path, &ReadOptions::default(), 1).unwrap());
-    assert_eq!((own.x.shape(), own.truth, own.origins[0].as_str()), ([2, 2].as_slice(), None, "line 2"));
+    let read = with(unlabelled, |path| recordings(path, &ReadOptions::default(), 1).unwrap());
+    assert_eq!((read.x.shape(), read.truth, read.origins[0].as_str()), ([2, 2].as_slice(), None, "line 2"));
     let long = with(LONG, |path| {
         recordings(path, &ReadOptions { length: Some("pad:3".parse().unwrap()), ..ReadOptions::default() }, 2)
             .unwrap()

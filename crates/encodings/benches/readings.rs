@@ -3,7 +3,7 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use taxel_encodings::{Frame, HardnessImage, NumaTac, Resize, Scaling, TactileTensor};
+use taxel_encodings::{HardnessImage, NumaTac, OneFrame, Resize, Scaling, TactileTensor};
 
 /// Readings as a sensor of ten bits gives them.
 fn readings(n: usize) -> Vec<f32> {
@@ -47,7 +47,7 @@ fn sequences(c: &mut Criterion) {
     let shape = [10, 28, 50];
     let x = readings(shape.iter().product());
     c.bench_function("peak of 10 frames 28x50", |b| {
-        b.iter(|| Frame::Peak.pick_of(shape, black_box(&x)).is_ok())
+        b.iter(|| OneFrame::Peak.pick_of(shape, black_box(&x)).is_ok())
     });
     for frames in [10, 8] {
         let tensor = TactileTensor { frames: Some(frames) };

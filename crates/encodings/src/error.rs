@@ -59,7 +59,7 @@ pub enum Error {
     Shape {
         /// The array.
         what: &'static str,
-        /// What was expected, in words.
+        /// The expected shape, in words.
         expected: String,
         /// The shape given.
         got: Vec<usize>,
@@ -104,7 +104,7 @@ pub enum Error {
     Sample {
         /// Index of the sample in the batch.
         sample: usize,
-        /// What is wrong with it.
+        /// The problem.
         error: Box<Error>,
     },
 }
@@ -117,7 +117,7 @@ pub struct RefusedReduction {
     pub key: &'static str,
     /// The value given.
     pub value: String,
-    /// What would do.
+    /// The values that work.
     pub reason: String,
 }
 

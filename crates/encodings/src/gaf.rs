@@ -51,7 +51,7 @@ pub enum Method {
     Summation,
 }
 
-/// What becomes -1 and what becomes 1.
+/// The values that become -1 and 1.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Range {
@@ -69,7 +69,7 @@ pub enum Range {
     },
 }
 
-/// What to do with a constant series under [`Range::PerSample`], such as a dead recording.
+/// The treatment of a constant series under [`Range::PerSample`], such as a dead recording.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Constant {
@@ -93,7 +93,7 @@ pub struct Gaf {
     /// The rescaling to `[-1, 1]`.
     #[serde(default)]
     pub range: Range,
-    /// What a constant series gives.
+    /// The treatment of a constant series.
     #[serde(default)]
     pub constant: Constant,
 }

@@ -42,4 +42,4 @@ pub use quantile_code::{CodePlan, QuantileCode};
 pub use reduction::{Converter, Reduction, ReductionPlan};
 pub use resize::{Filter, Resize, ResizePlan, red_channel};
 pub use scale::Scaling;
-pub use sequence::{Frame, TactileTensor, all_frames};
+pub use sequence::{OneFrame, TactileTensor, all_frames};

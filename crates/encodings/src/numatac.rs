@@ -15,7 +15,7 @@ use crate::{Error, Result, Scaling};
 use ndarray::{Array3, Array4, ArrayView3, ArrayView4, Ix4};
 use serde::{Deserialize, Serialize};
 
-/// What is subtracted before bits become Pa.
+/// The value that is subtracted before bits become Pa.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Offset {
@@ -41,7 +41,7 @@ pub struct NumaTac {
     pub above: f32,
     /// Or falls below this factor; between 0 and 1.
     pub below: f32,
-    /// What is subtracted.
+    /// The value that is subtracted.
     pub offset: Offset,
 }
 

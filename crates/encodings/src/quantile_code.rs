@@ -45,13 +45,13 @@ pub struct QuantileCode {
     /// Most steps in time that come out, at least 1.
     pub steps: usize,
     /// Four of each channel; none before [`QuantileCode::fit`].
-    views: Vec<View>,
+    views: Vec<FittedView>,
 }
 
-/// What is fitted to one view of one channel.
+/// The values that are fitted to one view of one channel.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct View {
+struct FittedView {
     mean: f32,
     /// Positive; 1 where the view is constant.
     sd: f32,
@@ -66,34 +66,34 @@ impl Default for QuantileCode {
 }
 
 impl QuantileCode {
-    /// A code that is not fitted yet.
+    /// Makes a code that is not fitted yet.
     pub fn new(ramps: usize, steps: usize) -> Self {
         QuantileCode { ramps, steps, views: vec![] }
     }
 
-    /// Ramps of each view between quantiles of all its values.
+    /// Returns the ramps of each view between quantiles of all its values.
     fn ramps_of_view(&self, channels: usize) -> usize {
         (self.ramps / (VIEWS * channels.max(1))).clamp(2, 16)
     }
 
-    /// Rows of ramps of each view: half as many again as between the quantiles of all values.
+    /// Returns the rows of ramps of each view: half as many again as between the quantiles of all values.
     fn rows_of_view(&self, channels: usize) -> usize {
         let ramps = self.ramps_of_view(channels);
         ramps + ramps / 2
     }
 
-    /// Values that one step in time is the mean of.
+    /// Returns the number of values of which one step in time is the mean.
     fn stride(&self, length: usize) -> usize {
         length.div_ceil(self.steps.max(1)).max(1)
     }
 
-    /// Rows and steps in time that come of samples of `channels` × `length`.
+    /// Returns the rows and steps in time of encoded samples of `channels` × `length`.
     pub fn shape(&self, channels: usize, length: usize) -> [usize; 2] {
         [VIEWS * channels * (self.rows_of_view(channels) + 1), length.div_ceil(self.stride(length))]
     }
 
-    /// The same with edges, means and standard deviations of the training samples `[N, C, T]`. Give it training
-    /// samples only: with test samples in it, a score on them is no longer a score on unseen data.
+    /// Fits edges, means and standard deviations to the training samples `[N, C, T]`. Give it training samples only: with test
+    /// samples in it, a score on them is no longer a score on unseen data.
     ///
     /// # Errors
     ///
@@ -106,16 +106,16 @@ impl QuantileCode {
         let (samples, channels, length) = train.dim();
         let ramps = self.ramps_of_view(channels);
         let mut views = Vec::with_capacity(VIEWS * channels);
-        let (mut series, mut own) = (vec![0.0; length], [(); VIEWS].map(|()| vec![0.0; length]));
+        let (mut series, mut seen) = (vec![0.0; length], [(); VIEWS].map(|()| vec![0.0; length]));
         for channel in train.axis_iter(Axis(1)) {
             let mut values = [(); VIEWS].map(|()| Vec::with_capacity(samples * length));
             for sample in channel.outer_iter() {
                 series.iter_mut().zip(sample).for_each(|(to, from)| *to = *from);
-                look(&series, &mut own);
-                values.iter_mut().zip(&own).for_each(|(all, one)| all.extend_from_slice(one));
+                look(&series, &mut seen);
+                values.iter_mut().zip(&seen).for_each(|(all, one)| all.extend_from_slice(one));
             }
             let rounding = ROUNDING * channel.iter().fold(0.0f32, |most, v| most.max(v.abs()));
-            views.extend(values.into_iter().map(|values| View::fit(values, ramps, rounding)));
+            views.extend(values.into_iter().map(|values| FittedView::fit(values, ramps, rounding)));
         }
         Ok(QuantileCode { views, ..*self })
     }
@@ -135,7 +135,7 @@ impl QuantileCode {
         }
         let [rows, steps] = self.shape(channels, length);
         let mut code = vec![0.0; samples * rows * steps];
-        let mut work = Work::new(length, self.stride(length));
+        let mut work = Scratch::new(length, self.stride(length));
         let each = (channels * length).max(1);
         for (sample, code) in values(&x).chunks_exact(each).zip(code.chunks_exact_mut((rows * steps).max(1)))
         {
@@ -152,7 +152,7 @@ impl QuantileCode {
     /// Those of [`QuantileCode::encode_batch`].
     pub fn plan(&self, channels: usize, length: usize) -> Result<CodePlan> {
         self.check([1, channels, length])?;
-        Ok(CodePlan { work: Work::new(length, self.stride(length)), code: self.clone(), channels, length })
+        Ok(CodePlan { work: Scratch::new(length, self.stride(length)), code: self.clone(), channels, length })
     }
 
     fn check(&self, shape: [usize; 3]) -> Result<()> {
@@ -167,7 +167,7 @@ impl QuantileCode {
 
     /// The code of one sample, channel after channel, into `code`, which is zeros.
     #[allow(clippy::manual_clamp, reason = "`clamp` would pass on the NaN that two infinities leave")]
-    fn encode(&self, sample: &[f32], code: &mut [f32], work: &mut Work) {
+    fn encode(&self, sample: &[f32], code: &mut [f32], work: &mut Scratch) {
         let length = work.series.len();
         let (rows, steps) = (self.rows_of_view(sample.len() / length), work.steps);
         let (ramps, scores) = code.split_at_mut(self.views.len() * rows * steps);
@@ -188,7 +188,7 @@ impl QuantileCode {
     }
 }
 
-impl View {
+impl FittedView {
     /// Edges of `ramps` ramps, and more where values repeat; values nearer than `rounding` are one.
     fn fit(mut values: Vec<f32>, ramps: usize, rounding: f32) -> Self {
         let n = values.len() as f64;
@@ -207,10 +207,10 @@ impl View {
             edges.sort_unstable_by(f32::total_cmp);
             keep_apart(&mut edges, rounding);
         }
-        View { mean: mean as f32, sd: if sd <= rounding { 1.0 } else { sd }, edges }
+        FittedView { mean: mean as f32, sd: if sd <= rounding { 1.0 } else { sd }, edges }
     }
 
-    /// Refuses what [`View::fit`] does not give.
+    /// Refuses what [`FittedView::fit`] does not give.
     fn check(&self, number: usize, rows: usize) -> Result<()> {
         let refuse = |what: &str, value: f32, expected| {
             let name = format!("{what} of view {} of channel {}", number % VIEWS, number / VIEWS);
@@ -239,7 +239,7 @@ pub struct CodePlan {
     code: QuantileCode,
     channels: usize,
     length: usize,
-    work: Work,
+    work: Scratch,
 }
 
 impl CodePlan {
@@ -263,9 +263,9 @@ impl CodePlan {
     }
 }
 
-/// What encoding needs besides the code; used again for the next sample.
+/// Memory for encoding, used again for the next sample.
 #[derive(Debug, Clone)]
-struct Work {
+struct Scratch {
     stride: usize,
     steps: usize,
     series: Vec<f32>,
@@ -273,15 +273,15 @@ struct Work {
     /// Every `stride`-th value of a view, from the first, the second, .. on: `stride` runs of `steps` values, the
     /// later ones perhaps one short.
     phases: Vec<f32>,
-    /// What the sums of the phases are multiplied by.
+    /// The factors of the sums of the phases.
     shares: Vec<f32>,
 }
 
-impl Work {
+impl Scratch {
     fn new(length: usize, stride: usize) -> Self {
         let steps = length.div_ceil(stride);
         let share = |step: usize| 1.0 / stride.min(length - step * stride) as f32;
-        Work {
+        Scratch {
             stride,
             steps,
             series: vec![0.0; length],
@@ -297,7 +297,7 @@ impl Work {
         look(&self.series, &mut self.views);
     }
 
-    /// Takes view `number` apart, for [`Work::mean`].
+    /// Takes view `number` apart, for [`Scratch::mean`].
     fn take_apart(&mut self, number: usize) {
         for (phase, run) in self.phases.chunks_exact_mut(self.steps).enumerate() {
             let values = self.views[number][phase.min(self.series.len())..].iter().step_by(self.stride);

@@ -13,7 +13,7 @@ use taxel_base::Layout;
 
 use crate::{Error, Result};
 
-/// What is left of a raw sample, as a sensor with less of everything would have read it. Default all of it.
+/// The part of a raw sample that a model reads, as a smaller sensor would have recorded it. Default all of it.
 ///
 /// Channels, rows and columns are kept first, then the window and every so many-th reading, then taxels are
 /// pooled, and last the converter rounds.
@@ -63,16 +63,16 @@ pub struct ReductionPlan {
     shape: Vec<usize>,
     /// Values of a whole sample.
     readings: usize,
-    /// Positions in the whole sample, those of one value of the reduced sample after the other.
+    /// Positions in the whole sample, for one value of the reduced sample after the other.
     sources: Vec<usize>,
-    /// Of which of them a value is the mean.
+    /// The range of `sources` whose mean a value of the reduced sample is.
     ranges: Vec<Range<usize>>,
     converter: Option<Converter>,
 }
 
-/// What an axis of a sample stands for.
+/// The meaning of an axis of a sample.
 #[derive(Clone, Copy, PartialEq)]
-enum Kind {
+enum AxisKind {
     Channels,
     Time,
     Rows,
@@ -80,20 +80,20 @@ enum Kind {
     Other,
 }
 
-/// The axes of a layout.
-fn kinds(layout: Layout) -> &'static [Kind] {
+/// Returns the meaning of each axis of a layout.
+fn kinds(layout: Layout) -> &'static [AxisKind] {
     match layout {
-        Layout::Features => &[Kind::Channels],
-        Layout::Series => &[Kind::Channels, Kind::Time],
-        Layout::Image => &[Kind::Rows, Kind::Columns],
-        Layout::Colour => &[Kind::Other, Kind::Rows, Kind::Columns],
-        Layout::Sequence => &[Kind::Time, Kind::Rows, Kind::Columns],
-        Layout::Fingers => &[Kind::Channels, Kind::Other, Kind::Time],
+        Layout::Features => &[AxisKind::Channels],
+        Layout::Series => &[AxisKind::Channels, AxisKind::Time],
+        Layout::Image => &[AxisKind::Rows, AxisKind::Columns],
+        Layout::Colour => &[AxisKind::Other, AxisKind::Rows, AxisKind::Columns],
+        Layout::Sequence => &[AxisKind::Time, AxisKind::Rows, AxisKind::Columns],
+        Layout::Fingers => &[AxisKind::Channels, AxisKind::Other, AxisKind::Time],
     }
 }
 
 impl Converter {
-    /// What it makes of a reading: the nearest level.
+    /// Rounds a value to the nearest level.
     pub fn convert(&self, reading: f32) -> f32 {
         let (low, high) = (f64::from(self.low), f64::from(self.high));
         let most = f64::from(self.bits).exp2() - 1.0;
@@ -153,11 +153,11 @@ impl Reduction {
         self.converter.as_ref().map_or(Ok(()), Converter::check)
     }
 
-    /// Which positions of the whole sample become which of the reduced one, along an axis of `length`; no value is 0.
-    fn along(&self, kind: Kind, length: usize) -> Result<Vec<Vec<usize>>> {
+    /// Lists for each position of the reduced sample the positions of the whole one, along an axis of `length`.
+    fn along(&self, kind: AxisKind, length: usize) -> Result<Vec<Vec<usize>>> {
         let kept = |key: &'static str, kept: &Option<Vec<usize>>| -> Result<Vec<usize>> {
             let Some(kept) = kept else { return Ok((0..length).collect()) };
-            match kept.iter().find(|own| **own >= length) {
+            match kept.iter().find(|position| **position >= length) {
                 None => Ok(kept.clone()),
                 Some(_) => {
                     let reason =
@@ -166,15 +166,15 @@ impl Reduction {
                 }
             }
         };
-        let each = |positions: Vec<usize>| positions.into_iter().map(|own| vec![own]).collect();
+        let each = |positions: Vec<usize>| positions.into_iter().map(|position| vec![position]).collect();
         let pooled =
             |positions: Vec<usize>| positions.chunks(self.pool.unwrap_or(1)).map(<[usize]>::to_vec).collect();
         Ok(match kind {
-            Kind::Channels => each(kept("channels", &self.channels)?),
-            Kind::Rows => pooled(kept("rows", &self.rows)?),
-            Kind::Columns => pooled(kept("columns", &self.columns)?),
-            Kind::Other => each((0..length).collect()),
-            Kind::Time => {
+            AxisKind::Channels => each(kept("channels", &self.channels)?),
+            AxisKind::Rows => pooled(kept("rows", &self.rows)?),
+            AxisKind::Columns => pooled(kept("columns", &self.columns)?),
+            AxisKind::Other => each((0..length).collect()),
+            AxisKind::Time => {
                 let window = self.window.unwrap_or(length);
                 if window > length {
                     let reason = format!("must be {length} or less, as a recording has so many readings");
@@ -185,7 +185,7 @@ impl Reduction {
         })
     }
 
-    /// The reduction of samples of `shape`.
+    /// Plans the reduction of samples of `shape`.
     ///
     /// # Errors
     /// [`Error::Reduction`] for a value out of range, or one without a meaning for such samples.
@@ -197,12 +197,12 @@ impl Reduction {
             return Err(Error::Shape { what: "a raw sample", expected, got: shape.to_vec() });
         }
         let wanted = [
-            ("channels", self.channels.is_some(), Kind::Channels),
-            ("rows", self.rows.is_some(), Kind::Rows),
-            ("columns", self.columns.is_some(), Kind::Columns),
-            ("window", self.window.is_some(), Kind::Time),
-            ("every", self.every.is_some(), Kind::Time),
-            ("pool", self.pool.is_some(), Kind::Rows),
+            ("channels", self.channels.is_some(), AxisKind::Channels),
+            ("rows", self.rows.is_some(), AxisKind::Rows),
+            ("columns", self.columns.is_some(), AxisKind::Columns),
+            ("window", self.window.is_some(), AxisKind::Time),
+            ("every", self.every.is_some(), AxisKind::Time),
+            ("pool", self.pool.is_some(), AxisKind::Rows),
         ];
         if let Some((key, ..)) = wanted.into_iter().find(|(_, set, kind)| *set && !kinds.contains(kind)) {
             let reason = format!("has no meaning for {}; leave it out", layout.describe());
@@ -214,23 +214,23 @@ impl Reduction {
         let out: Vec<usize> = axes.iter().map(Vec::len).collect();
         for value in 0..out.iter().product::<usize>() {
             // Position along each axis, last one fastest.
-            let (mut rest, mut own) = (value, vec![0]);
+            let (mut rest, mut from) = (value, vec![0]);
             let mut groups = vec![];
             for (axis, length) in axes.iter().zip(&out).rev() {
                 groups.push(&axis[rest % length]);
                 rest /= length;
             }
             for (group, length) in groups.iter().rev().zip(shape) {
-                own = own.iter().flat_map(|at| group.iter().map(move |next| at * length + next)).collect();
+                from = from.iter().flat_map(|at| group.iter().map(move |next| at * length + next)).collect();
             }
-            ranges.push(sources.len()..sources.len() + own.len());
-            sources.extend(own);
+            ranges.push(sources.len()..sources.len() + from.len());
+            sources.extend(from);
         }
         let readings = shape.iter().product();
         Ok(ReductionPlan { shape: out, readings, sources, ranges, converter: self.converter })
     }
 
-    /// What is left, in words: `channels 0, 3; the first 25 readings; one reading of 2; 4 bits from 0 to 5`.
+    /// Describes the reduced sample: `channels 0, 3; the first 25 readings; one reading of 2; 4 bits from 0 to 5`.
     pub fn words(&self) -> String {
         let mut parts = vec![];
         let list = |kept: &[usize]| kept.iter().map(usize::to_string).collect::<Vec<_>>().join(", ");
@@ -249,12 +249,12 @@ impl Reduction {
 }
 
 impl ReductionPlan {
-    /// Shape of what is left of a sample.
+    /// Returns the shape of a reduced sample.
     pub fn shape(&self) -> &[usize] {
         &self.shape
     }
 
-    /// Puts what is left of `sample`, row-major, into `left`.
+    /// Puts the reduced `sample`, row-major, into `left`.
     ///
     /// # Errors
     /// [`Error::Shape`] for slices of other lengths.
@@ -268,14 +268,13 @@ impl ReductionPlan {
             }
         }
         for (to, range) in left.iter_mut().zip(&self.ranges) {
-            let own = &self.sources[range.clone()];
-            let value = match own {
+            let value = match &self.sources[range.clone()] {
                 [one] => sample[*one],
                 many => {
                     (many.iter().map(|at| f64::from(sample[*at])).sum::<f64>() / many.len() as f64) as f32
                 }
             };
-            *to = self.converter.map_or(value, |own| own.convert(value));
+            *to = self.converter.map_or(value, |converter| converter.convert(value));
         }
         Ok(())
     }

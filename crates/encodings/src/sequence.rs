@@ -88,7 +88,7 @@ fn neighbours(t: usize, frames: usize, recorded: usize) -> (usize, usize, f64) {
 /// Which frame of a recording a 2D method reads.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Frame {
+pub enum OneFrame {
     /// The first of those with the largest sum: full force.
     #[default]
     Peak,
@@ -96,7 +96,7 @@ pub enum Frame {
     At(usize),
 }
 
-impl Frame {
+impl OneFrame {
     /// Picks one frame of `[frames, rows, columns]`, as index.
     ///
     /// # Errors
@@ -106,11 +106,11 @@ impl Frame {
         self.pick_of(recording.dim().into(), &values(&recording))
     }
 
-    /// [`Frame::pick`] of the values of one recording of `shape` frames × rows × columns; nothing is allocated.
+    /// [`OneFrame::pick`] of the values of one recording of `shape` frames × rows × columns; nothing is allocated.
     ///
     /// # Errors
     ///
-    /// Those of [`Frame::pick`].
+    /// Those of [`OneFrame::pick`].
     pub fn pick_of(self, shape: [usize; 3], recording: &[f32]) -> Result<usize> {
         check_finite(recording, |at| place(shape, at))?;
         let [frames, rows, columns] = shape;
@@ -139,7 +139,7 @@ impl Frame {
     ///
     /// # Errors
     ///
-    /// Those of [`Frame::pick`], naming the sample.
+    /// Those of [`OneFrame::pick`], naming the sample.
     pub fn encode_batch(self, recordings: ArrayView4<f32>) -> Result<Array4<f32>> {
         let (samples, _, rows, columns) = recordings.dim();
         let mut images = Array4::zeros((samples, 1, rows, columns));

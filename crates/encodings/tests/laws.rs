@@ -73,10 +73,11 @@ fn a_fixed_range_that_is_that_of_the_series_gives_the_same() {
     let (low, high) = (-380.0, 590.0);
     let series = Array1::from_iter(series.iter().map(|v| v.clamp(low, high)).chain([low, high]));
     for method in [Method::Summation, Method::Difference] {
-        let own = Gaf { size: series.len(), method, ..Gaf::default() };
-        let fixed = Gaf { range: Range::Fixed { low, high }, ..own.clone() };
-        let (own, fixed) = (own.encode(series.view()).unwrap(), fixed.encode(series.view()).unwrap());
-        assert!(own.iter().zip(&fixed).all(|(a, b)| (a - b).abs() < 1e-6));
+        let per_sample = Gaf { size: series.len(), method, ..Gaf::default() };
+        let fixed = Gaf { range: Range::Fixed { low, high }, ..per_sample.clone() };
+        let (per_sample, fixed) =
+            (per_sample.encode(series.view()).unwrap(), fixed.encode(series.view()).unwrap());
+        assert!(per_sample.iter().zip(&fixed).all(|(a, b)| (a - b).abs() < 1e-6));
     }
 }
 

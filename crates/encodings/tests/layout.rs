@@ -34,12 +34,12 @@ fn names_are_the_same_in_words_and_in_json() {
 
 #[test]
 fn a_shape_fits_by_its_axes_and_three_planes_of_colour() {
-    for (layout, _, own, _) in TABLE {
+    for (layout, _, axes, _) in TABLE {
         for (other, _, shape, _) in TABLE {
             let planes = layout != Layout::Colour || shape[0] == 3;
             assert_eq!(
                 layout.fits(shape),
-                own.len() == shape.len() && planes,
+                axes.len() == shape.len() && planes,
                 "{layout}: {shape:?} of {other}"
             );
         }

@@ -4,7 +4,7 @@ use ndarray::{Array1, Array2, Array3, Axis};
 use npyz::npz::NpzArchive;
 use taxel_encodings::{Colormap, Gaf, HardnessImage, Method, Range};
 
-/// What float32 and two orders of summation may differ by.
+/// Largest difference between float32 and another order of summation.
 const TOLERANCE: f32 = 1e-5;
 
 const FIXED: Range = Range::Fixed { low: 0.0, high: 1023.0 };

@@ -104,8 +104,8 @@ fn one_reduction_comes_on_top_of_another() {
 
 #[test]
 fn what_cannot_be_is_refused_by_key() {
-    let series = |own: Reduction| own.plan(Layout::Series, &[3, 10]).unwrap_err();
-    for (own, key) in [
+    let series = |reduction: Reduction| reduction.plan(Layout::Series, &[3, 10]).unwrap_err();
+    for (reduction, key) in [
         (Reduction { channels: Some(vec![3]), ..all() }, "channels"),
         (Reduction { channels: Some(vec![]), ..all() }, "channels"),
         (Reduction { channels: Some(vec![1, 1]), ..all() }, "channels"),
@@ -116,8 +116,8 @@ fn what_cannot_be_is_refused_by_key() {
         (Reduction { converter: converter(0, 0.0, 1.0), ..all() }, "converter.bits"),
         (Reduction { converter: converter(4, 1.0, 1.0), ..all() }, "converter.low"),
     ] {
-        match series(own.clone()) {
-            Error::Reduction(found) => assert_eq!(found.key, key, "{own:?}"),
+        match series(reduction.clone()) {
+            Error::Reduction(found) => assert_eq!(found.key, key, "{reduction:?}"),
             other => unreachable!("{other}"),
         }
     }

@@ -1,4 +1,4 @@
-//! Frame sequences, sizes, electrode images and NumaTac samples against NumPy, PyTorch and
+//! OneFrame sequences, sizes, electrode images and NumaTac samples against NumPy, PyTorch and
 //! scikit-learn (`scripts/fixtures/encodings.py`), and the bad inputs that must be named.
 
 #![allow(clippy::unwrap_used)]
@@ -7,7 +7,7 @@ use ndarray::{Array, Array3, Array4, ArrayD, Axis, Dimension};
 use npyz::npz::NpzArchive;
 use taxel_encodings::numatac::{self, Offset};
 use taxel_encodings::{
-    ElectrodeImage, Error, Filter, Frame, NumaTac, Order, Resize, TactileTensor, all_frames, red_channel,
+    ElectrodeImage, Error, Filter, NumaTac, OneFrame, Order, Resize, TactileTensor, all_frames, red_channel,
 };
 
 fn array<D: Dimension>(name: &str) -> Array<f32, D> {
@@ -66,18 +66,18 @@ fn impossible_resampling_is_named() {
 fn single_frames_are_the_peak_one_index_or_all() {
     let frames: Array3<f32> = array("frames");
     let sums: Vec<f32> = frames.outer_iter().map(|frame| frame.sum()).collect();
-    let peak = Frame::Peak.pick(frames.view()).unwrap();
+    let peak = OneFrame::Peak.pick(frames.view()).unwrap();
     assert!(sums.iter().all(|&sum| sum <= sums[peak]));
     let mut flat = Array3::ones((4, 2, 2));
-    assert_eq!(Frame::Peak.pick(flat.view()).unwrap(), 0, "the first of equals");
+    assert_eq!(OneFrame::Peak.pick(flat.view()).unwrap(), 0, "the first of equals");
     flat[[2, 0, 0]] = 2.0;
-    assert_eq!(Frame::Peak.pick(flat.view()).unwrap(), 2);
+    assert_eq!(OneFrame::Peak.pick(flat.view()).unwrap(), 2);
 
     let batch: Array4<f32> = ndarray::stack(Axis(0), &[frames.view(), frames.view()]).unwrap();
-    let picked = Frame::At(3).encode_batch(batch.view()).unwrap();
+    let picked = OneFrame::At(3).encode_batch(batch.view()).unwrap();
     assert_eq!(picked.shape(), [2, 1, 3, 4]);
     assert_eq!(picked.index_axis(Axis(0), 1).index_axis(Axis(0), 0), frames.index_axis(Axis(0), 3));
-    let error = Frame::At(7).encode_batch(batch.view()).unwrap_err().to_string();
+    let error = OneFrame::At(7).encode_batch(batch.view()).unwrap_err().to_string();
     assert!(error.starts_with("sample 0: recording: expected at least 8 frames"), "{error}");
 
     let all = all_frames(batch.view());

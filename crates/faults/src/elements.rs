@@ -4,11 +4,11 @@
 //!
 //! None; the definitions are ours.
 
-use crate::work::Work;
+use crate::work::FaultySample;
 use taxel_base::Layout;
 
 /// `share` of all elements, on average over samples, in random places.
-fn some(work: &mut Work, share: f64) -> Vec<usize> {
+fn some(work: &mut FaultySample, share: f64) -> Vec<usize> {
     let elements = work.elements();
     let count = work.round(share * elements as f64);
     let mut order = work.order(elements);
@@ -18,14 +18,14 @@ fn some(work: &mut Work, share: f64) -> Vec<usize> {
 
 /// Sets `share` of the channels or taxels to rest. A share of less than one channel hits as many
 /// samples as make up for it: 2 % of 5 channels are one channel in every tenth sample.
-pub(crate) fn dead(work: &mut Work, share: f64) {
+pub(crate) fn dead(work: &mut FaultySample, share: f64) {
     for element in some(work, share) {
         work.kill(element);
     }
 }
 
 /// Sets `share` of the channels or taxels to full scale; shares count as for [`dead`].
-pub(crate) fn stuck(work: &mut Work, share: f64) {
+pub(crate) fn stuck(work: &mut FaultySample, share: f64) {
     let high = work.sensor.high;
     for element in some(work, share) {
         work.x.row_mut(element).fill(high);
@@ -33,7 +33,7 @@ pub(crate) fn stuck(work: &mut Work, share: f64) {
 }
 
 /// Sets `count` rows or columns of an array, fingers, or channels to rest; all but one at most.
-pub(crate) fn dead_line(work: &mut Work, count: usize) {
+pub(crate) fn dead_line(work: &mut FaultySample, count: usize) {
     let lines: Vec<Vec<usize>> = match work.sensor.layout {
         Layout::Features | Layout::Series => (0..work.columns).map(|c| vec![c]).collect(),
         Layout::Fingers => (0..work.rows).map(|r| work.row(r)).collect(),
@@ -50,10 +50,9 @@ pub(crate) fn dead_line(work: &mut Work, count: usize) {
     }
 }
 
-/// What every reading has above rest becomes `1 - share` of itself and `share` of the mean of its
-/// neighbours': the taxels above, below, left and right, or the channels before and after (of the
-/// same finger).
-pub(crate) fn crosstalk(work: &mut Work, share: f64) {
+/// Mixes the values above rest: `1 - share` of each and `share` of the mean of its neighbours, which are the taxels above,
+/// below, left and right, or the channels before and after (of the same finger).
+pub(crate) fn crosstalk(work: &mut FaultySample, share: f64) {
     let share = share as f32;
     let rest: Vec<f32> = (0..work.elements()).map(|element| work.rest(element)).collect();
     work.x.outer_iter_mut().zip(&rest).for_each(|(mut series, rest)| series -= *rest);
@@ -92,7 +91,7 @@ pub(crate) fn crosstalk(work: &mut Work, share: f64) {
 ///
 /// No swap undoes another: putting right takes `count` swaps as well. Pairs have no channel in
 /// common as long as there are enough; n channels cannot be worse than n - 1 swaps.
-pub(crate) fn swap(work: &mut Work, count: usize) {
+pub(crate) fn swap(work: &mut FaultySample, count: usize) {
     let lines: Vec<Vec<usize>> = match (work.sensor.layout.has_area(), work.sign() > 0.0) {
         (false, _) => (0..work.elements()).map(|element| vec![element]).collect(),
         (true, true) => (0..work.rows).map(|r| work.row(r)).collect(),

@@ -27,7 +27,7 @@ pub enum Error {
     Sample {
         /// Index of the sample.
         sample: usize,
-        /// What is wrong, and the way out.
+        /// The problem, and how to fix it.
         reason: String,
     },
     /// A parameter is impossible.

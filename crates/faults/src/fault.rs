@@ -1,4 +1,4 @@
-//! The faults: names, severities, what they mean for which readings.
+//! The faults: names, severities, layouts of samples for which they have a meaning.
 
 use crate::{Error, Result};
 use ndarray::ArrayViewMutD;
@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use taxel_base::seed::Rng;
 
 use crate::sensor::Sensor;
-use crate::work::Work;
+use crate::work::FaultySample;
 use crate::{Layout, elements, place, signal, time};
 
 /// One way in which a sensor, its wiring or its mounting fails.
@@ -47,8 +47,8 @@ pub enum Fault {
     Swap,
 }
 
-/// A row of the table: name, what happens, the five severities and their unit.
-type Row = (&'static str, &'static str, [f32; 5], &'static str);
+/// A row of the table: name, description, the five severities and their unit.
+type FaultRow = (&'static str, &'static str, [f32; 5], &'static str);
 
 impl Fault {
     /// Every fault, in the order of the table.
@@ -71,7 +71,7 @@ impl Fault {
         Self::Swap,
     ];
 
-    fn row(self) -> Row {
+    fn row(self) -> FaultRow {
         match self {
             Self::Noise => ("noise", "electronic noise", [1., 2., 5., 10., 20.], "% of full scale, SD"),
             Self::Quantisation => ("quantisation", "fewer ADC bits", [8., 6., 5., 4., 3.], "bits"),
@@ -102,7 +102,7 @@ impl Fault {
         }
     }
 
-    /// Name in settings and in reports.
+    /// Returns the name in settings and reports.
     pub fn name(self) -> &'static str {
         self.row().0
     }
@@ -112,17 +112,17 @@ impl Fault {
         self.row().1
     }
 
-    /// Severities 1 to 5 in [`Fault::unit`].
+    /// Returns the severities 1 to 5 in [`Fault::unit`].
     pub fn severities(self) -> [f32; 5] {
         self.row().2
     }
 
-    /// Unit of the severities.
+    /// Returns the unit of the severities.
     pub fn unit(self) -> &'static str {
         self.row().3
     }
 
-    /// The value of one severity in [`Fault::unit`].
+    /// Returns the value of one severity in [`Fault::unit`].
     ///
     /// # Errors
     ///
@@ -136,7 +136,7 @@ impl Fault {
         })
     }
 
-    /// Why the fault has no meaning for readings of this layout; none if it has one.
+    /// Says why the fault has no meaning for samples of this layout; none if it has one.
     pub fn refusal(self, layout: Layout) -> Option<&'static str> {
         match self {
             Self::Hysteresis | Self::Jitter | Self::Onset | Self::Lag if !layout.has_time() => {
@@ -149,7 +149,7 @@ impl Fault {
         }
     }
 
-    /// Whether the fault has a meaning for readings of this layout.
+    /// Checks whether the fault has a meaning for samples of this layout.
     pub fn applicable(self, layout: Layout) -> bool {
         self.refusal(layout).is_none()
     }
@@ -177,7 +177,7 @@ impl Fault {
         self.apply_level(x, sensor, level, rng, sample)
     }
 
-    /// [`Fault::apply`] at any level of its unit.
+    /// Breaks one sample as [`Fault::apply`], at any level of its unit.
     ///
     /// # Errors
     /// As [`Fault::apply`].
@@ -193,7 +193,7 @@ impl Fault {
             let layout = sensor.layout.describe();
             return Err(Error::Fault { fault: self.name(), layout, reason });
         }
-        let mut work = Work::new(x.view(), sensor, rng, sample)?;
+        let mut work = FaultySample::new(x.view(), sensor, rng, sample)?;
         let share = f64::from(level) / 100.0;
         match self {
             Self::Noise => signal::noise(&mut work, share),

@@ -1,4 +1,4 @@
-//! What goes wrong with tactile sensors in the lab: graded faults on raw readings, to test with
+//! Faults of tactile sensors in the lab: graded ones on raw samples, to test with
 //! ([`Fault::apply`]) and to train under ([`TrainingFaults`]).
 //!
 //! Every fault acts before any encoding, on simulated and on recorded data alike, in five
@@ -35,4 +35,4 @@ pub use error::{Error, Result};
 pub use fault::Fault;
 pub use sensor::Sensor;
 pub use taxel_base::Layout;
-pub use training::{Plan, TrainingFaults};
+pub use training::{FaultPlan, TrainingFaults};

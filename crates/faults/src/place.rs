@@ -4,10 +4,10 @@
 //!
 //! Bilinear sampling as `scipy.ndimage` does it (`order=1, mode="grid-constant"`).
 
-use crate::work::Work;
+use crate::work::FaultySample;
 
 /// Moves the image by `taxels` up, down, left or right; rest values come in from outside.
-pub(crate) fn shift(work: &mut Work, taxels: isize) {
+pub(crate) fn shift(work: &mut FaultySample, taxels: isize) {
     let by = taxels * work.sign() as isize;
     let (down, right) = if work.sign() > 0.0 { (by, 0) } else { (0, by) };
     let clean = work.x.clone();
@@ -23,7 +23,7 @@ pub(crate) fn shift(work: &mut Work, taxels: isize) {
 
 /// Turns the image about its middle by `degrees`, one way or the other; rest values come in from
 /// outside.
-pub(crate) fn rotation(work: &mut Work, degrees: f64) {
+pub(crate) fn rotation(work: &mut FaultySample, degrees: f64) {
     let (sin, cos) = (degrees * work.sign()).to_radians().sin_cos();
     let middle = ((work.rows - 1) as f64 / 2.0, (work.columns - 1) as f64 / 2.0);
     let clean = work.x.clone();

@@ -1,4 +1,4 @@
-//! What a fault has to know about the readings: their axes and their range.
+//! The sensor of a sample, as faults must know it: axes and range of its values.
 //!
 //! # Reference
 //!

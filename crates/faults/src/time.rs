@@ -5,7 +5,7 @@
 //! Hysteresis is measured as in data sheets of force sensors: the largest difference between
 //! loading and unloading, in % of the peak. The curve that unloading takes is ours.
 
-use crate::work::Work;
+use crate::work::FaultySample;
 use rand::RngExt;
 use taxel_base::Layout;
 
@@ -13,7 +13,7 @@ use taxel_base::Layout;
 ///
 /// A reading `u` (of the peak so far, above rest) becomes `u (1 + c) / (1 + c u)`: nothing changes
 /// at rest and at the peak, and between them the readings stay in order.
-pub(crate) fn hysteresis(work: &mut Work, share: f64) {
+pub(crate) fn hysteresis(work: &mut FaultySample, share: f64) {
     // The curve is highest above u by (s - 1) / (s + 1), s being the root of 1 + c.
     let c = ((1.0 + share) / (1.0 - share)).powi(2) - 1.0;
     for element in 0..work.elements() {
@@ -31,7 +31,7 @@ pub(crate) fn hysteresis(work: &mut Work, share: f64) {
 
 /// Drops `share` of the frames, never the first; the last one that came is seen again instead.
 /// Shares of less than one frame count as for dead channels.
-pub(crate) fn jitter(work: &mut Work, share: f64) {
+pub(crate) fn jitter(work: &mut FaultySample, share: f64) {
     let times = work.times();
     let count = work.round(share * times as f64);
     let mut dropped = vec![false; times];
@@ -47,7 +47,7 @@ pub(crate) fn jitter(work: &mut Work, share: f64) {
 
 /// Starts the window `share` of its length late or early. What was never recorded is the first or
 /// last reading, held.
-pub(crate) fn onset(work: &mut Work, share: f64) {
+pub(crate) fn onset(work: &mut FaultySample, share: f64) {
     let times = work.times();
     let count = work.round(share * times as f64) as isize;
     let late = count * work.sign() as isize;
@@ -60,7 +60,7 @@ pub(crate) fn onset(work: &mut Work, share: f64) {
 
 /// Delays one channel, finger or row of taxels by `share` of the window, as one that is read by another converter or
 /// scanned late. Until its first reading arrives, that is held.
-pub(crate) fn lag(work: &mut Work, share: f64) {
+pub(crate) fn lag(work: &mut FaultySample, share: f64) {
     let late = match work.sensor.layout {
         Layout::Features | Layout::Series => vec![work.rng.random_range(0..work.elements())],
         _ => {

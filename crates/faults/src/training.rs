@@ -1,4 +1,4 @@
-//! Faults that training samples meet: each is drawn anew whenever the sample comes by.
+//! Faults of training samples: they are drawn anew whenever a sample is used.
 //!
 //! # Reference
 //!
@@ -15,13 +15,13 @@ use crate::sensor::Sensor;
 use crate::work::grid;
 use crate::{Error, Layout, Result};
 
-/// What may happen to a training sample before it is encoded.
+/// The random faults of a training sample, before it is encoded.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct TrainingFaults {
-    /// How often a sample has a fault, 0 to 1. Default 0.7; 0 trains on clean samples.
+    /// Probability that a sample has a fault, 0 to 1. Default 0.7; 0 trains on clean samples.
     pub probability: f64,
-    /// How often it has one more, whether or not it has the first, 0 to 1. Default 0.14.
+    /// Probability that it has one more, whether or not it has the first, 0 to 1. Default 0.14.
     pub second: f64,
     /// The kinds that are drawn. Default all from which something can be learned: all that have a meaning for
     /// the layout, and for a single channel (a row of features is one) without those that leave nothing of it
@@ -34,8 +34,8 @@ pub struct TrainingFaults {
     /// Smallest and largest level of a kind in its own unit (`docs/faults.md`). Default [`Fault::trained_levels`].
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub levels: BTreeMap<Fault, [f32; 2]>,
-    /// Faulty copies of the training part, beside the clean one, that a baseline learns from: it meets its
-    /// samples only once. 1 to 100, default 4. Networks draw anew in every epoch.
+    /// Faulty copies of the training part, beside the clean one, that a baseline learns from: it sees its samples only
+    /// once. 1 to 100, default 4. Networks draw anew in every epoch.
     pub copies: usize,
 }
 
@@ -52,9 +52,9 @@ impl Default for TrainingFaults {
     }
 }
 
-/// How a level is drawn between its ends.
+/// The distribution of a level between its ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Spread {
+enum LevelScale {
     /// Its logarithm evenly: small levels are as likely as large ones.
     Logarithmic,
     /// Evenly.
@@ -64,7 +64,7 @@ enum Spread {
 }
 
 impl Fault {
-    /// Smallest and largest level that training draws, in [`Fault::unit`].
+    /// Returns the smallest and largest level that training draws, in [`Fault::unit`].
     pub fn trained_levels(self) -> [f32; 2] {
         match self {
             Fault::Noise => [0.3, 20.0],
@@ -85,15 +85,15 @@ impl Fault {
         }
     }
 
-    fn spread(self) -> Spread {
+    fn spread(self) -> LevelScale {
         match self {
-            Fault::Quantisation | Fault::Saturation | Fault::Rotation => Spread::Even,
-            Fault::DeadLine | Fault::Shift | Fault::Swap => Spread::Whole,
-            _ => Spread::Logarithmic,
+            Fault::Quantisation | Fault::Saturation | Fault::Rotation => LevelScale::Even,
+            Fault::DeadLine | Fault::Shift | Fault::Swap => LevelScale::Whole,
+            _ => LevelScale::Logarithmic,
         }
     }
 
-    /// Levels that mean something, in [`Fault::unit`].
+    /// Returns the smallest and largest level with a meaning, in [`Fault::unit`].
     fn possible_levels(self) -> [f32; 2] {
         match self {
             Fault::Quantisation => [1.0, 24.0],
@@ -105,8 +105,8 @@ impl Fault {
         }
     }
 
-    /// Whether it needs several channels or taxels: a single one that is dead or stuck says nothing of the label,
-    /// and has no neighbour to be mixed or swapped with.
+    /// Checks whether it needs several channels or taxels: a single one that is dead or stuck says nothing of the label, and
+    /// has no neighbour to be mixed or swapped with.
     fn needs_several(self) -> bool {
         use Fault::{Crosstalk, Dead, DeadLine, Stuck, Swap};
         matches!(self, Dead | Stuck | DeadLine | Crosstalk | Swap)
@@ -118,7 +118,7 @@ impl Fault {
         self != Fault::Lag
     }
 
-    /// How often it is drawn next to the others: wrong wiring takes the most samples to learn.
+    /// Returns its weight among the kinds: wrong wiring takes the most samples to learn.
     fn weight(self) -> f64 {
         if self == Fault::Swap { 1.5 } else { 1.0 }
     }
@@ -149,17 +149,17 @@ impl TrainingFaults {
         Ok(())
     }
 
-    /// Whether anything is ever drawn.
+    /// Checks whether no fault is ever drawn.
     pub fn is_clean(&self) -> bool {
         self.probability == 0.0 && self.second == 0.0
     }
 
-    /// What is drawn for samples of `layout` with axes `shape`.
+    /// Plans the faults of samples of `layout` with axes `shape`.
     ///
     /// # Errors
     /// [`Error::Fault`] for a kind that is asked for and has no meaning, [`Error::Parameter`] where no kind is
     /// left or `shape` is none of `layout`, and those of [`TrainingFaults::check`].
-    pub fn plan(&self, layout: Layout, shape: &[usize]) -> Result<Plan> {
+    pub fn plan(&self, layout: Layout, shape: &[usize]) -> Result<FaultPlan> {
         self.check()?;
         for &fault in &self.kinds {
             if let Some(reason) = fault.refusal(layout) {
@@ -173,7 +173,7 @@ impl TrainingFaults {
         }
         let (rows, columns, _) = grid(layout, shape);
         let single = rows * columns == 1;
-        let asked = |fault: &Fault| {
+        let is_wanted = |fault: &Fault| {
             if self.kinds.is_empty() {
                 fault.is_usual() && !(single && fault.needs_several())
             } else {
@@ -182,7 +182,7 @@ impl TrainingFaults {
         };
         let kinds: Vec<Fault> = Fault::ALL
             .into_iter()
-            .filter(|fault| asked(fault) && fault.applicable(layout) && !self.without.contains(fault))
+            .filter(|fault| is_wanted(fault) && fault.applicable(layout) && !self.without.contains(fault))
             .collect();
         if kinds.is_empty() {
             let (name, value) = ("without".into(), format!("{:?}", self.without));
@@ -191,21 +191,21 @@ impl TrainingFaults {
         }
         let levels = |fault: Fault| self.levels.get(&fault).copied().unwrap_or(fault.trained_levels());
         let kinds = kinds.into_iter().map(|fault| (fault, levels(fault))).collect();
-        Ok(Plan { probability: self.probability, second: self.second, kinds })
+        Ok(FaultPlan { probability: self.probability, second: self.second, kinds })
     }
 }
 
 /// [`TrainingFaults`] for samples of one layout.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Plan {
+pub struct FaultPlan {
     probability: f64,
     second: f64,
     /// Each kind with its smallest and largest level.
     kinds: Vec<(Fault, [f32; 2])>,
 }
 
-impl Plan {
-    /// The kinds that are drawn, in the order of the table.
+impl FaultPlan {
+    /// Lists the kinds that are drawn, in the order of the table.
     pub fn kinds(&self) -> impl Iterator<Item = Fault> {
         self.kinds.iter().map(|(fault, _)| *fault)
     }
@@ -234,14 +234,14 @@ impl Plan {
                 continue;
             }
             let Some((fault, level)) = self.draw(&mut rng, sensor, x.shape()) else { continue };
-            let own = taxel_base::seed::rng(seed, &format!("{purpose}/{count}"));
-            fault.apply_level(x.view_mut(), sensor, level, own, sample)?;
+            let rng = taxel_base::seed::rng(seed, &format!("{purpose}/{count}"));
+            fault.apply_level(x.view_mut(), sensor, level, rng, sample)?;
             count += 1;
         }
         Ok(count)
     }
 
-    /// A kind and its level.
+    /// Draws a kind and its level.
     fn draw(
         &self,
         rng: &mut taxel_base::seed::Rng,
@@ -257,9 +257,9 @@ impl Plan {
         let &(fault, [low, high]) = self.kinds.iter().find(within).or(self.kinds.last())?;
         let (share, low, high) = (rng.random::<f64>(), f64::from(low), f64::from(high));
         let level = match fault.spread() {
-            Spread::Even => low + share * (high - low),
-            Spread::Logarithmic => (low.ln() + share * (high.ln() - low.ln())).exp(),
-            Spread::Whole => (low + share * (high - low + 1.0)).floor().min(high),
+            LevelScale::Even => low + share * (high - low),
+            LevelScale::Logarithmic => (low.ln() + share * (high.ln() - low.ln())).exp(),
+            LevelScale::Whole => (low + share * (high - low + 1.0)).floor().min(high),
         } as f32;
         // A sample that is to learn of a dead channel has one.
         let one = |(rows, columns, _): (usize, usize, usize)| 100.0 / (rows * columns).max(1) as f32;

@@ -11,8 +11,8 @@ use rand::RngExt;
 use taxel_base::Layout;
 use taxel_base::seed::Rng;
 
-/// A sample on the workbench.
-pub(crate) struct Work<'a> {
+/// A sample while faults act on it.
+pub(crate) struct FaultySample<'a> {
     /// `[elements, times]`; an element is a channel or a taxel. Of a colour image, each pixel has
     /// its three planes in place of times.
     pub x: Array2<f32>,
@@ -24,7 +24,7 @@ pub(crate) struct Work<'a> {
     pub rng: Rng,
 }
 
-impl<'a> Work<'a> {
+impl<'a> FaultySample<'a> {
     pub fn new(x: ArrayViewD<f32>, sensor: &'a Sensor, rng: Rng, sample: usize) -> Result<Self> {
         let wrong = |reason| Err(Error::Sample { sample, reason });
         if !sensor.layout.fits(x.shape()) || x.is_empty() {

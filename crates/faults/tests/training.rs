@@ -31,7 +31,7 @@ fn draws(faults: &TrainingFaults) -> Vec<(usize, ArrayD<f32>)> {
 #[test]
 fn faults_come_as_often_as_asked() {
     let found = draws(&TrainingFaults::default());
-    let share = |count| found.iter().filter(|(own, _)| *own == count).count() as f64 / DRAWS as f64;
+    let share = |count| found.iter().filter(|(faults, _)| *faults == count).count() as f64 / DRAWS as f64;
     // 0.3 · 0.86, 0.7 · 0.86 + 0.3 · 0.14, 0.7 · 0.14; four standard errors are 0.03.
     for (count, expected) in [(0, 0.258), (1, 0.644), (2, 0.098)] {
         assert!((share(count) - expected).abs() < 0.03, "{count} faults: {}", share(count));
@@ -81,8 +81,8 @@ fn a_single_channel_meets_only_what_it_can_learn_from() {
         TrainingFaults::default().plan(Layout::Features, &[7]).unwrap().kinds().collect();
     assert!(!features.iter().any(|kind| several.contains(kind)), "{features:?}");
     // Whoever asks for a kind gets it.
-    let asked = TrainingFaults { kinds: vec![Fault::Dead], ..Default::default() };
-    assert_eq!(kinds(asked, &[1, 40]), [Fault::Dead]);
+    let wanted = TrainingFaults { kinds: vec![Fault::Dead], ..Default::default() };
+    assert_eq!(kinds(wanted, &[1, 40]), [Fault::Dead]);
     let wrong = TrainingFaults::default().plan(Layout::Series, &[40]).unwrap_err().to_string();
     assert!(wrong.starts_with("shape = [40]"), "{wrong}");
 }
@@ -108,17 +108,18 @@ fn levels_lie_where_they_are_asked_for() {
 #[test]
 fn settings_outside_their_range_are_refused_by_name() {
     let refused = |faults: TrainingFaults| faults.plan(Layout::Series, &[5, 40]).unwrap_err().to_string();
-    let own = TrainingFaults { probability: f64::NAN, ..Default::default() };
-    assert!(refused(own).starts_with("probability = NaN"));
-    let own = TrainingFaults { copies: 0, ..Default::default() };
-    assert!(refused(own).starts_with("copies = 0"));
+    let faults = TrainingFaults { probability: f64::NAN, ..Default::default() };
+    assert!(refused(faults).starts_with("probability = NaN"));
+    let faults = TrainingFaults { copies: 0, ..Default::default() };
+    assert!(refused(faults).starts_with("copies = 0"));
     let levels = BTreeMap::from([(Fault::Noise, [5.0, 1.0])]);
-    let own = TrainingFaults { levels, ..Default::default() };
-    assert!(refused(own).starts_with("levels.noise = [5, 1]"));
-    let own = TrainingFaults { kinds: vec![Fault::Shift], ..Default::default() };
-    assert!(matches!(own.plan(Layout::Series, &[5, 40]), Err(Error::Fault { fault: "shift", .. })));
-    let own = TrainingFaults { kinds: vec![Fault::Noise], without: vec![Fault::Noise], ..Default::default() };
-    assert!(refused(own).starts_with("without = "));
+    let faults = TrainingFaults { levels, ..Default::default() };
+    assert!(refused(faults).starts_with("levels.noise = [5, 1]"));
+    let faults = TrainingFaults { kinds: vec![Fault::Shift], ..Default::default() };
+    assert!(matches!(faults.plan(Layout::Series, &[5, 40]), Err(Error::Fault { fault: "shift", .. })));
+    let faults =
+        TrainingFaults { kinds: vec![Fault::Noise], without: vec![Fault::Noise], ..Default::default() };
+    assert!(refused(faults).starts_with("without = "));
     let mut image = ArrayD::zeros(vec![5]);
     let plan = TrainingFaults::default().plan(Layout::Series, &[5, 40]).unwrap();
     assert!(plan.apply(image.view_mut(), &sensor(), 0, "x", 3).is_err());
@@ -126,12 +127,12 @@ fn settings_outside_their_range_are_refused_by_name() {
 
 #[test]
 fn settings_survive_a_file() {
-    let own = TrainingFaults {
+    let faults = TrainingFaults {
         without: vec![Fault::DeadLine],
         levels: BTreeMap::from([(Fault::Noise, [0.5, 1.0])]),
         ..Default::default()
     };
-    let text = serde_json::to_string(&own).unwrap();
-    assert_eq!(serde_json::from_str::<TrainingFaults>(&text).unwrap(), own);
+    let text = serde_json::to_string(&faults).unwrap();
+    assert_eq!(serde_json::from_str::<TrainingFaults>(&text).unwrap(), faults);
     assert_eq!(serde_json::from_str::<TrainingFaults>("{}").unwrap(), TrainingFaults::default());
 }

@@ -1,12 +1,12 @@
-//! Which channels go together, and how.
+//! Finds the channels that predict each other.
 
 use crate::guard::Link;
 use crate::limits::{ALL_PAIRS, NEAR, NEIGHBOURS, RELATED};
-use crate::places::Places;
+use crate::places::ElementPlaces;
 
-/// For each channel those that go with it most closely, closest first, with a line for each by least squares over all
-/// readings of `samples`; none for one that never varies.
-pub(crate) fn links(places: &Places, samples: &[f32], mean: &[f64]) -> Vec<Vec<Link>> {
+/// Finds for each channel those that correlate with it most, the closest first, with a line for each by least squares over
+/// all values of `samples`; none for one that never varies.
+pub(crate) fn links(places: &ElementPlaces, samples: &[f32], mean: &[f64]) -> Vec<Vec<Link>> {
     let count = places.elements;
     let are_near = |a: usize, b: usize| count <= ALL_PAIRS || a.abs_diff(b) <= NEAR;
     let mut products = vec![0.0; count * count.min(ALL_PAIRS.max(2 * NEAR + 1))];
@@ -16,8 +16,8 @@ pub(crate) fn links(places: &Places, samples: &[f32], mean: &[f64]) -> Vec<Vec<L
     let mut centred = vec![0.0; count];
     for sample in samples.chunks_exact(places.len()) {
         for time in 0..places.times {
-            for (element, own) in centred.iter_mut().enumerate() {
-                *own = f64::from(sample[places.at(element, time)]) - mean[element];
+            for (element, value) in centred.iter_mut().enumerate() {
+                *value = f64::from(sample[places.at(element, time)]) - mean[element];
             }
             for a in 0..count {
                 let last = if count <= ALL_PAIRS { count } else { (a + NEAR + 1).min(count) };

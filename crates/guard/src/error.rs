@@ -1,4 +1,4 @@
-//! What a guard cannot be fitted on.
+//! The error of samples that a guard cannot be fitted to.
 
 /// The result of this crate's functions.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
@@ -10,7 +10,7 @@ pub enum Error {
     /// Another shape than the layout has, or no samples.
     #[error("a guard is fitted on samples of {layout}; these have shape {shape:?}")]
     Shape {
-        /// What the axes of a sample are.
+        /// Axes of a sample.
         layout: &'static str,
         /// Of all samples.
         shape: Vec<usize>,

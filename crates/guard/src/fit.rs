@@ -5,14 +5,14 @@ use taxel_base::Layout;
 
 use crate::channels;
 use crate::error::{Error, Result};
-use crate::guard::{Guard, Kind, Link, own};
+use crate::guard::{BrokenKind, Guard, Link, of_element};
 use crate::limits::{MARGIN, SHARE, TOLERANCE};
-use crate::places::Places;
+use crate::places::ElementPlaces;
 use crate::window::{kinds, residual};
 
-/// What is known of the sensor beside its samples.
+/// The range of the sensor, as far as it is known beside the samples.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Facts<'f> {
+pub struct KnownRange<'f> {
     /// The largest possible reading; otherwise the largest of the samples is taken for it.
     pub full_scale: Option<f32>,
     /// Readings without contact, one for all or one for each channel; otherwise 0, of channels over time the median of
@@ -21,17 +21,17 @@ pub struct Facts<'f> {
 }
 
 impl Guard {
-    /// Learns what is usual from clean training samples `[N, ..]` of a layout, all passed over three times.
+    /// Fits a guard to clean training samples `[N, ..]` of a layout, in three passes.
     ///
     /// # Errors
     /// No samples, another shape than the layout has, readings that are not finite, rest values in another number.
-    pub fn fit(train: ArrayViewD<f32>, layout: Layout, facts: &Facts) -> Result<Self> {
+    pub fn fit(train: ArrayViewD<f32>, layout: Layout, facts: &KnownRange) -> Result<Self> {
         let (count, shape) = match train.shape() {
             [count, shape @ ..] if *count > 0 => (*count, shape.to_vec()),
             _ => (0, vec![]),
         };
         let refuse = || Error::Shape { layout: layout.describe(), shape: train.shape().to_vec() };
-        let places = Places::of(layout, &shape).filter(|_| count > 0).ok_or_else(refuse)?;
+        let places = ElementPlaces::of(layout, &shape).filter(|_| count > 0).ok_or_else(refuse)?;
         let train: CowArray<f32, IxDyn> = train.as_standard_layout();
         #[expect(clippy::expect_used, reason = "the standard layout is one slice")]
         let values = train.as_slice().expect("standard layout");
@@ -44,7 +44,7 @@ impl Guard {
             Some(rest) => return Err(Error::Rest { given: rest.len(), elements: places.elements }),
             None => resting(&places, layout, values),
         };
-        let seen = Seen::of(&places, values);
+        let seen = ElementRanges::of(&places, values);
         let ends = |(low, high): (f32, f32), value: &f32| (low.min(*value), high.max(*value));
         let (low, most) = values.iter().fold((0.0, f32::NEG_INFINITY), ends);
         let high = facts.full_scale.map_or(most, |full| full.max(most));
@@ -72,30 +72,30 @@ impl Guard {
     }
 }
 
-/// What each element read.
-struct Seen {
+/// The values of each element in training.
+struct ElementRanges {
     mean: Vec<f64>,
     ends: Vec<[f32; 2]>,
     /// The smallest variation over a window.
     quiet: Vec<f32>,
 }
 
-impl Seen {
-    fn of(places: &Places, values: &[f32]) -> Self {
+impl ElementRanges {
+    fn of(places: &ElementPlaces, values: &[f32]) -> Self {
         let mut mean = vec![0.0; places.elements];
         let mut ends = vec![[f32::INFINITY, f32::NEG_INFINITY]; places.elements];
         let mut quiet = vec![f32::INFINITY; places.elements];
         for sample in values.chunks_exact(places.len()) {
             for element in 0..places.elements {
-                let mut own = [f32::INFINITY, f32::NEG_INFINITY];
+                let mut range = [f32::INFINITY, f32::NEG_INFINITY];
                 for time in 0..places.times {
                     let value = sample[places.at(element, time)];
                     mean[element] += f64::from(value);
-                    own = [own[0].min(value), own[1].max(value)];
+                    range = [range[0].min(value), range[1].max(value)];
                 }
                 // Never infinite, however far apart.
-                quiet[element] = quiet[element].min((own[1] - own[0]).min(f32::MAX));
-                ends[element] = [ends[element][0].min(own[0]), ends[element][1].max(own[1])];
+                quiet[element] = quiet[element].min((range[1] - range[0]).min(f32::MAX));
+                ends[element] = [ends[element][0].min(range[0]), ends[element][1].max(range[1])];
             }
         }
         let readings = (values.len() / places.elements) as f64;
@@ -108,9 +108,9 @@ impl Seen {
     }
 }
 
-/// Readings without contact where nobody says what they are: of channels over time the median of their first
-/// readings, since recordings begin before contact; 0 elsewhere.
-fn resting(places: &Places, layout: Layout, values: &[f32]) -> Vec<f32> {
+/// Estimates the values without contact: of channels over time the median of their first values, since recordings begin
+/// before contact; 0 elsewhere.
+fn resting(places: &ElementPlaces, layout: Layout, values: &[f32]) -> Vec<f32> {
     if !matches!(layout, Layout::Series | Layout::Fingers) {
         return vec![0.0];
     }
@@ -123,10 +123,10 @@ fn resting(places: &Places, layout: Layout, values: &[f32]) -> Vec<f32> {
     (0..places.elements).map(median).collect()
 }
 
-/// The residual of every element in every sample; those that never vary are left out.
+/// Hands the residual of every element in every sample to `take`; elements that never vary are left out.
 fn each(
     guard: &Guard,
-    places: &Places,
+    places: &ElementPlaces,
     links: &[Vec<Link>],
     values: &[f32],
     mut take: impl FnMut(usize, &[f32], f64),
@@ -137,8 +137,7 @@ fn each(
     guard.constant.iter().for_each(|element| is_constant[*element] = true);
     for sample in values.chunks_exact(places.len()) {
         for element in (0..places.elements).filter(|element| !is_constant[*element]) {
-            let own = residual(guard, places, &links[element], element, sample, &is_broken);
-            if let Some(residual) = own {
+            if let Some(residual) = residual(guard, places, &links[element], element, sample, &is_broken) {
                 take(element, sample, residual);
             }
         }
@@ -146,8 +145,8 @@ fn each(
     }
 }
 
-/// Root mean square of the residual, of each channel or of all taxels together.
-fn scale(guard: &Guard, places: &Places, links: &[Vec<Link>], values: &[f32]) -> Vec<f32> {
+/// Returns the root mean square of the residual, of each channel or of all taxels together.
+fn scale(guard: &Guard, places: &ElementPlaces, links: &[Vec<Link>], values: &[f32]) -> Vec<f32> {
     let groups = if places.has_area() { 1 } else { places.elements };
     let (mut squares, mut counts) = (vec![0.0; groups], vec![0usize; groups]);
     let take = |element: usize, _: &[f32], residual: f64| {
@@ -164,20 +163,25 @@ fn scale(guard: &Guard, places: &Places, links: &[Vec<Link>], values: &[f32]) ->
     squares.iter().zip(&counts).map(root).collect()
 }
 
-type Tables = [Vec<f32>; Kind::ALL.len()];
+type KindTables = [Vec<f32>; BrokenKind::ALL.len()];
 
-/// What residuals stay below, kind by kind, and how often each kind occurs.
-fn bounds(guard: &Guard, places: &Places, links: &[Vec<Link>], values: &[f32]) -> (Tables, Tables) {
-    const KINDS: usize = Kind::ALL.len();
+/// Returns the bounds of the residuals for each kind, and the share of windows of each kind.
+fn bounds(
+    guard: &Guard,
+    places: &ElementPlaces,
+    links: &[Vec<Link>],
+    values: &[f32],
+) -> (KindTables, KindTables) {
+    const KINDS: usize = BrokenKind::ALL.len();
     const FAR: usize = KINDS - 1;
     let groups = if places.has_area() { 1 } else { places.elements };
     let (mut most, mut counts) = (vec![[0.0f64; KINDS]; groups], vec![[0usize; KINDS]; groups]);
     // The largest of each sample; none where no element is of the kind.
     let mut worst: [Vec<f64>; KINDS] = Default::default();
-    let own_worst = std::cell::Cell::new([None::<f64>; KINDS]);
+    let of_sample = std::cell::Cell::new([None::<f64>; KINDS]);
     let take = |element: usize, sample: &[f32], residual: f64| {
-        let residual = residual / f64::from(own(&guard.scale, element));
-        let mut worst = own_worst.get();
+        let residual = residual / f64::from(of_element(&guard.scale, element));
+        let mut worst = of_sample.get();
         for (kind, _) in kinds(guard, places, element, sample).iter().enumerate().filter(|(_, is_of)| **is_of)
         {
             let group = element.min(groups - 1);
@@ -185,11 +189,10 @@ fn bounds(guard: &Guard, places: &Places, links: &[Vec<Link>], values: &[f32]) -
             counts[group][kind] += 1;
             worst[kind] = Some(worst[kind].map_or(residual, |worst| worst.max(residual)));
         }
-        own_worst.set(worst);
+        of_sample.set(worst);
     };
     let next = || {
-        let own = own_worst.take();
-        worst.iter_mut().zip(own).for_each(|(all, own)| all.extend(own));
+        worst.iter_mut().zip(of_sample.take()).for_each(|(all, residual)| all.extend(residual));
     };
     each(guard, places, links, values, take, next);
     let shared = worst.map(|mut all| {

@@ -1,34 +1,34 @@
-//! What a guard has learned, as it stands in a model's card.
+//! A fitted guard, as it stands in a model's card.
 
 use serde::{Deserialize, Serialize};
 use taxel_base::Layout;
 
 use crate::limits::NEIGHBOURS;
-use crate::places::Places;
+use crate::places::ElementPlaces;
 
-/// How an element is known to be broken.
+/// The sign by which an element is known to be broken.
 ///
-/// For each the residual, the root mean square of what an element reads less what its neighbours say over the window,
-/// must be larger than in any training window of the same kind, by [`MARGIN`](crate::limits::MARGIN). What never happened in training
-/// needs no neighbours.
+/// For each, the residual must be larger than in any training window of the same kind, by
+/// [`MARGIN`](crate::limits::MARGIN). The residual is the root mean square over the window of an element's values less the
+/// predictions of its neighbours. A kind that never occurred in training needs no neighbours.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Kind {
+pub enum BrokenKind {
     /// Full scale for the whole window.
     Full,
     /// Rest for the whole window.
     Rest,
     /// One value, though it varied in training.
     Still,
-    /// Anything, far from what its neighbours say.
+    /// Any values that are far from the predictions of its neighbours.
     Far,
 }
 
-impl Kind {
+impl BrokenKind {
     /// Every kind.
     pub const ALL: [Self; 4] = [Self::Full, Self::Rest, Self::Still, Self::Far];
 
-    /// In words, after the name of an element.
+    /// Describes the kind, after the name of an element.
     pub fn words(self) -> &'static str {
         match self {
             Self::Full => "at full scale",
@@ -39,11 +39,11 @@ impl Kind {
     }
 }
 
-/// What one channel says of another: offset + slope · its reading.
+/// The prediction of one channel by another: offset + slope · its value.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Link {
-    /// Which channel says it.
+    /// The channel that predicts.
     pub from: usize,
     /// In the unit of the readings.
     pub offset: f32,
@@ -64,7 +64,7 @@ pub struct Guard {
     pub(crate) samples: usize,
     /// The sensor's range: from 0 or the lowest reading to full scale or the highest.
     pub(crate) range: [f32; 2],
-    /// Elements that never varied: a network has learned nothing from them, and nothing is said of them.
+    /// Elements that never varied: a network has learned nothing from them, and they are not checked.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(crate) constant: Vec<usize>,
     /// Mean reading.
@@ -73,48 +73,48 @@ pub struct Guard {
     pub(crate) rest: Vec<f32>,
     /// Of channels the smallest variation over a window, highest less lowest.
     pub(crate) quiet: Vec<f32>,
-    /// Of channels lowest and highest readings; what neighbours say ends there. None of arrays.
+    /// Lowest and highest value of each channel, which bound its predictions; empty for arrays.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(crate) ends: Vec<[f32; 2]>,
-    /// Of channels those that speak of each; the neighbours of taxels are those around them.
+    /// The channels that predict each channel; empty for arrays, where the taxels around predict.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(crate) links: Vec<Vec<Link>>,
     /// Root mean square of the residual.
     pub(crate) scale: Vec<f32>,
-    /// Bounds of the residual, in units of `scale`; 0 where the kind never occurred. In the order of [`Kind::ALL`].
+    /// Bounds of the residual, in units of `scale`; 0 where the kind never occurred. In the order of [`BrokenKind::ALL`].
     pub(crate) bounds: [Vec<f32>; 4],
     /// Share of training windows of each kind: of several the rarest is looked at first.
     pub(crate) shares: [Vec<f32>; 4],
 }
 
-/// The value of an element in a list of one for each or one for all.
-pub(crate) fn own<T: Copy>(list: &[T], element: usize) -> T {
+/// Returns the value of an element in a list of one for each or one for all.
+pub(crate) fn of_element<T: Copy>(list: &[T], element: usize) -> T {
     list[if list.len() == 1 { 0 } else { element }]
 }
 
 impl Guard {
-    /// What the axes of a sample are.
+    /// Returns the axes of a sample.
     pub fn layout(&self) -> Layout {
         self.layout
     }
 
-    /// Shape of a sample.
+    /// Returns the shape of a sample.
     pub fn shape(&self) -> &[usize] {
         &self.shape
     }
 
-    /// Number of channels or taxels.
+    /// Returns the number of channels or taxels.
     pub fn elements(&self) -> usize {
         self.places().map_or(0, |places| places.elements)
     }
 
-    /// What an element is called: `channel 3`, `taxel (4, 17)`.
+    /// Names an element: `channel 3`, `taxel (4, 17)`.
     pub fn name(&self, element: usize) -> String {
-        let name = |places: Places| places.name(self.layout, &self.shape, element);
+        let name = |places: ElementPlaces| places.name(self.layout, &self.shape, element);
         self.places().map_or_else(String::new, name)
     }
 
-    /// The guard in words, for a card.
+    /// Describes the guard for a card.
     pub fn words(&self) -> String {
         let what = match self.layout {
             Layout::Features => "features",
@@ -133,14 +133,14 @@ impl Guard {
         )
     }
 
-    pub(crate) fn places(&self) -> Option<Places> {
-        Places::of(self.layout, &self.shape)
+    pub(crate) fn places(&self) -> Option<ElementPlaces> {
+        ElementPlaces::of(self.layout, &self.shape)
     }
 
-    /// Whether this is the guard of readings of that layout and shape, and whole.
+    /// Checks whether this is a whole guard of samples of that layout and shape.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// The problem.
     pub fn check(&self, layout: Layout, shape: &[usize]) -> Result<(), String> {
         let places = self.places().filter(|_| (self.layout, self.shape.as_slice()) == (layout, shape));
         let Some(places) = places else {
@@ -152,7 +152,7 @@ impl Guard {
         };
         let lists = [&self.rest, &self.quiet, &self.scale];
         let tables = self.bounds.iter().chain(&self.shares);
-        let own = if places.has_area() { 0 } else { elements };
+        let channels = if places.has_area() { 0 } else { elements };
         let ends = |[low, high]: &[f32; 2]| low.is_finite() && high.is_finite() && low <= high;
         let link = |link: &Link| link.from < elements && link.offset.is_finite() && link.slope.is_finite();
         let links = |all: &Vec<Link>| all.len() <= NEIGHBOURS && all.iter().all(link);
@@ -161,17 +161,14 @@ impl Guard {
             && self.scale.iter().all(|scale| *scale > 0.0)
             && self.range.iter().all(|end| end.is_finite())
             && self.constant.iter().all(|element| *element < elements)
-            && (self.ends.len(), self.links.len()) == (own, own)
+            && (self.ends.len(), self.links.len()) == (channels, channels)
             && self.ends.iter().all(ends)
             && self.links.iter().all(links);
-        match is_sound {
-            true => Ok(()),
-            false => Err("the numbers of the guard do not fit together".into()),
-        }
+        if is_sound { Ok(()) } else { Err("the numbers of the guard do not fit together".into()) }
     }
 
-    /// What is said of each element, those that never varied left out.
-    pub(crate) fn table(&self, places: &Places) -> Vec<Vec<Link>> {
+    /// Lists the predictions of each element, without those by elements that never varied.
+    pub(crate) fn table(&self, places: &ElementPlaces) -> Vec<Vec<Link>> {
         let mut is_constant = vec![false; places.elements];
         self.constant.iter().for_each(|element| is_constant[*element] = true);
         if !places.has_area() {

@@ -1,21 +1,21 @@
-//! Where the elements of a sample lie in memory, and which lie side by side.
+//! The places of the elements of a sample in memory, and their neighbours.
 
 use taxel_base::Layout;
 
 /// Elements and times of a row-major sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Places {
+pub(crate) struct ElementPlaces {
     pub elements: usize,
-    /// Readings of a window: in time, or the three planes of a colour image.
+    /// Values of a window: in time, or the three planes of a colour image.
     pub times: usize,
-    /// From one element to the next, and from one time to the next.
+    /// Distance in memory from one element to the next, and from one time to the next.
     steps: [usize; 2],
     /// Columns of an array.
     columns: Option<usize>,
 }
 
-impl Places {
-    /// None where a sample of this layout has no such shape, or nothing in it.
+impl ElementPlaces {
+    /// Finds the places in samples of a shape; none where samples of this layout have no such shape, or no values.
     pub fn of(layout: Layout, shape: &[usize]) -> Option<Self> {
         let size = shape.iter().try_fold(1usize, |size, axis| size.checked_mul(*axis))?;
         if !layout.fits(shape) || size == 0 {
@@ -33,22 +33,22 @@ impl Places {
         Some(Self { elements, times, steps, columns })
     }
 
-    /// Whether elements are taxels of an array.
+    /// Checks whether elements are taxels of an array.
     pub fn has_area(&self) -> bool {
         self.columns.is_some()
     }
 
-    /// Values of a sample.
+    /// Returns the number of values of a sample.
     pub fn len(&self) -> usize {
         self.elements * self.times
     }
 
-    /// Where a reading stands in a sample.
+    /// Returns the position of a value in a sample.
     pub fn at(&self, element: usize, time: usize) -> usize {
         element * self.steps[0] + time * self.steps[1]
     }
 
-    /// The taxels above, below, left and right; none where elements have no place.
+    /// Lists the taxels above, below, left and right; none where elements are not on an array.
     pub fn around(&self, element: usize) -> impl Iterator<Item = usize> {
         let near = self.columns.map(|columns| {
             let column = element % columns;
@@ -62,7 +62,7 @@ impl Places {
         near.into_iter().flatten().flatten()
     }
 
-    /// What an element is called.
+    /// Names an element.
     pub fn name(&self, layout: Layout, shape: &[usize], element: usize) -> String {
         match (layout, self.columns, shape) {
             (_, Some(columns), _) => format!("taxel ({}, {})", element / columns, element % columns),
@@ -83,22 +83,22 @@ mod tests {
 
     #[test]
     fn every_layout_has_its_elements() {
-        let series = Places::of(Layout::Series, &[3, 5]).unwrap();
+        let series = ElementPlaces::of(Layout::Series, &[3, 5]).unwrap();
         assert_eq!((series.elements, series.times, series.at(2, 4), series.around(1).count()), (3, 5, 14, 0));
-        let fingers = Places::of(Layout::Fingers, &[2, 3, 5]).unwrap();
+        let fingers = ElementPlaces::of(Layout::Fingers, &[2, 3, 5]).unwrap();
         assert_eq!((fingers.elements, fingers.at(4, 1)), (6, 21));
         assert_eq!(fingers.name(Layout::Fingers, &[2, 3, 5], 4), "channel 1 of finger 1");
-        let squeeze = Places::of(Layout::Sequence, &[7, 2, 3]).unwrap();
+        let squeeze = ElementPlaces::of(Layout::Sequence, &[7, 2, 3]).unwrap();
         assert_eq!((squeeze.elements, squeeze.times, squeeze.at(4, 1)), (6, 7, 10));
         assert_eq!(squeeze.around(4).collect::<Vec<_>>(), [1, 3, 5]);
         assert_eq!(squeeze.name(Layout::Sequence, &[7, 2, 3], 4), "taxel (1, 1)");
-        let image = Places::of(Layout::Image, &[3, 3]).unwrap();
+        let image = ElementPlaces::of(Layout::Image, &[3, 3]).unwrap();
         assert_eq!(image.around(4).collect::<Vec<_>>(), [1, 7, 3, 5]);
         assert_eq!(image.around(0).collect::<Vec<_>>(), [3, 1]);
         for (layout, shape) in
             [(Layout::Series, &[3][..]), (Layout::Image, &[0, 3]), (Layout::Colour, &[2, 3, 3])]
         {
-            assert_eq!(Places::of(layout, shape), None);
+            assert_eq!(ElementPlaces::of(layout, shape), None);
         }
     }
 }

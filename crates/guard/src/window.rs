@@ -1,13 +1,13 @@
-//! One element in one sample: what its neighbours say, how far it is from that, and which kinds it could be.
+//! One element in one sample: its value as its neighbours predict it, the residual, and the kinds that it could be.
 
-use crate::guard::{Guard, Kind, Link, own};
+use crate::guard::{BrokenKind, Guard, Link, of_element};
 use crate::limits::{FEWEST, NEIGHBOURS, QUIET, TOLERANCE};
-use crate::places::Places;
+use crate::places::ElementPlaces;
 
-/// What neighbours say of an element at one time: the median; none without a neighbour.
-pub(crate) fn said(
+/// Predicts the value of an element at one time as the median of its neighbours' predictions; none without a neighbour.
+pub(crate) fn predicted(
     guard: &Guard,
-    places: &Places,
+    places: &ElementPlaces,
     links: &[Link],
     (element, time): (usize, usize),
     sample: &[f32],
@@ -36,11 +36,11 @@ pub(crate) fn said(
     }
 }
 
-/// Root mean square over the window of what an element reads less what its neighbours say, or less its mean where it
-/// never had any; none where all of them are broken.
+/// Returns the root mean square over the window of an element's values less their prediction, or less its mean where it
+/// never had neighbours; none where all of them are broken.
 pub(crate) fn residual(
     guard: &Guard,
-    places: &Places,
+    places: &ElementPlaces,
     links: &[Link],
     element: usize,
     sample: &[f32],
@@ -48,31 +48,32 @@ pub(crate) fn residual(
 ) -> Option<f64> {
     let mut sum = 0.0;
     for time in 0..places.times {
-        let expected = match links.is_empty() {
-            true => guard.mean[element],
-            false => said(guard, places, links, (element, time), sample, is_broken)?,
+        let expected = if links.is_empty() {
+            guard.mean[element]
+        } else {
+            predicted(guard, places, links, (element, time), sample, is_broken)?
         };
         sum += (f64::from(sample[places.at(element, time)]) - f64::from(expected)).powi(2);
     }
     Some((sum / places.times as f64).sqrt())
 }
 
-/// Which kinds the window of an element is of, in the order of [`Kind::ALL`].
+/// Checks which kinds the window of an element is of, in the order of [`BrokenKind::ALL`].
 pub(crate) fn kinds(
     guard: &Guard,
-    places: &Places,
+    places: &ElementPlaces,
     element: usize,
     sample: &[f32],
-) -> [bool; Kind::ALL.len()] {
+) -> [bool; BrokenKind::ALL.len()] {
     let [low, high] = guard.range.map(f64::from);
     let tolerance = TOLERANCE * (high - low);
-    let rest = f64::from(own(&guard.rest, element));
+    let rest = f64::from(of_element(&guard.rest, element));
     let (mut least, mut most, mut off_rest) = (f64::INFINITY, f64::NEG_INFINITY, 0.0f64);
     for time in 0..places.times {
         let value = f64::from(sample[places.at(element, time)]);
         (least, most) = (least.min(value), most.max(value));
         off_rest = off_rest.max((value - rest).abs());
     }
-    let is_still = most - least <= QUIET * f64::from(own(&guard.quiet, element));
+    let is_still = most - least <= QUIET * f64::from(of_element(&guard.quiet, element));
     [least >= high - tolerance, off_rest <= tolerance, places.times >= FEWEST && is_still, true]
 }

@@ -1,4 +1,4 @@
-//! What holds for all readings.
+//! Laws that hold for all samples.
 
 #![allow(clippy::unwrap_used)]
 
@@ -6,10 +6,10 @@ use std::sync::Arc;
 
 use ndarray::{Array3, ArrayD, Axis, IxDyn};
 use proptest::prelude::*;
-use taxel_guard::{Error, Facts, Guard, Kind, Layout, Watch};
+use taxel_guard::{BrokenKind, Error, Guard, KnownRange, Layout, Watch};
 
 fn watch(train: &ArrayD<f32>, layout: Layout) -> Watch {
-    Watch::new(Arc::new(Guard::fit(train.view(), layout, &Facts::default()).unwrap()))
+    Watch::new(Arc::new(Guard::fit(train.view(), layout, &KnownRange::default()).unwrap()))
 }
 
 /// Channels that follow one force.
@@ -69,7 +69,7 @@ proptest! {
         let before = sample.clone();
         let found = watch.mend(&mut sample).to_vec();
         prop_assert!(sample.iter().all(|value| value.is_finite()), "{sample:?}");
-        let mut elements: Vec<usize> = found.iter().map(|own| own.element).collect();
+        let mut elements: Vec<usize> = found.iter().map(|replaced| replaced.element).collect();
         elements.sort_unstable();
         elements.dedup();
         prop_assert_eq!(elements.len(), found.len(), "each once");
@@ -110,7 +110,7 @@ proptest! {
         let value = if dead { clean[channel * 24] } else { 300.0 };
         broken[channel * 24..][..24].fill(value);
         let found = watch.mend(&mut broken).to_vec();
-        prop_assert_eq!(found.iter().map(|own| own.element).collect::<Vec<_>>(), [channel]);
+        prop_assert_eq!(found.iter().map(|replaced| replaced.element).collect::<Vec<_>>(), [channel]);
         prop_assert!(broken.iter().zip(&clean).all(|(a, b)| (a - b).abs() < 1.5), "{:?}", found);
     }
 
@@ -127,7 +127,7 @@ proptest! {
             return Ok(());
         }
         let found = watch.mend(&mut broken).to_vec();
-        prop_assert_eq!(found.iter().map(|own| own.element).collect::<Vec<_>>(), [taxel]);
+        prop_assert_eq!(found.iter().map(|replaced| replaced.element).collect::<Vec<_>>(), [taxel]);
         prop_assert!((broken[taxel] - clean[taxel]).abs() < 60.0);
     }
 
@@ -173,39 +173,42 @@ fn many_channels_have_their_neighbours_nearby() {
             .map(|l| l["from"].as_u64().unwrap() as usize)
             .collect::<Vec<_>>()
     };
-    assert!((0..80).all(
-        |element| from(element).len() == 4 && from(element).iter().all(|own| own.abs_diff(element) <= 16)
-    ));
+    assert!(
+        (0..80).all(|element| from(element).len() == 4
+            && from(element).iter().all(|from| from.abs_diff(element) <= 16))
+    );
 }
 
 #[test]
 fn facts_about_the_sensor_are_taken() {
     let train = presses(40, 6, 24);
-    let facts = Facts { full_scale: Some(1000.0), rest: Some(&[3.0]) };
+    let facts = KnownRange { full_scale: Some(1000.0), rest: Some(&[3.0]) };
     let mut watch = Watch::new(Arc::new(Guard::fit(train.view(), Layout::Series, &facts).unwrap()));
     let mut sample: Vec<f32> = train.index_axis(Axis(0), 0).iter().copied().collect();
     sample[..24].fill(1000.0);
     sample[48..72].fill(3.0);
-    let kinds: Vec<Kind> = watch.mend(&mut sample).iter().map(|own| own.kind).collect();
-    assert_eq!(kinds, [Kind::Full, Kind::Rest]);
+    let kinds: Vec<BrokenKind> = watch.mend(&mut sample).iter().map(|replaced| replaced.kind).collect();
+    assert_eq!(kinds, [BrokenKind::Full, BrokenKind::Rest]);
     assert!(watch.guard().words().starts_with("on: 6 channels; readings 0 to 1000, fitted on 40 samples"));
 }
 
 #[test]
 fn what_cannot_be_learned_from_is_refused() {
     let train = presses(4, 2, 3);
-    let fit = |x: &ArrayD<f32>, layout, facts: &Facts| Guard::fit(x.view(), layout, facts).unwrap_err();
+    let fit = |x: &ArrayD<f32>, layout, facts: &KnownRange| Guard::fit(x.view(), layout, facts).unwrap_err();
     let (none, gap) = (ArrayD::zeros(IxDyn(&[0, 2, 3])), {
         let mut gap = train.clone();
         gap[[2, 1, 0]] = f32::INFINITY;
         gap
     });
-    assert!(matches!(fit(&none, Layout::Series, &Facts::default()), Error::Shape { .. }));
+    assert!(matches!(fit(&none, Layout::Series, &KnownRange::default()), Error::Shape { .. }));
     assert!(
-        fit(&train, Layout::Sequence, &Facts::default()).to_string().contains("these have shape [4, 2, 3]")
+        fit(&train, Layout::Sequence, &KnownRange::default())
+            .to_string()
+            .contains("these have shape [4, 2, 3]")
     );
-    let message = fit(&gap, Layout::Series, &Facts::default()).to_string();
+    let message = fit(&gap, Layout::Series, &KnownRange::default()).to_string();
     assert!(message.starts_with("reading 3 of sample 2 is inf"), "{message}");
-    let facts = Facts { rest: Some(&[0.0; 3]), ..Facts::default() };
+    let facts = KnownRange { rest: Some(&[0.0; 3]), ..KnownRange::default() };
     assert!(fit(&train, Layout::Series, &facts).to_string().starts_with("3 rest values for 2 channels"));
 }

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use ndarray::ArrayD;
 use npyz::npz::NpzArchive;
 use serde_json::Value;
-use taxel_guard::{Facts, Guard, Kind, Layout, Watch};
+use taxel_guard::{BrokenKind, Guard, KnownRange, Layout, Watch};
 
 fn array(case: &str, part: &str) -> ArrayD<f32> {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/guard.npz");
@@ -18,7 +18,7 @@ fn array(case: &str, part: &str) -> ArrayD<f32> {
 }
 
 fn numbers(value: &Value) -> Vec<f64> {
-    value.as_array().unwrap().iter().map(|own| own.as_f64().unwrap()).collect()
+    value.as_array().unwrap().iter().map(|number| number.as_f64().unwrap()).collect()
 }
 
 fn close(got: f64, want: f32, what: &str) {
@@ -39,19 +39,19 @@ fn agrees_with_numpy() {
     for layout in Layout::ALL {
         let case = layout.name();
         let [train, test, mended] = ["train", "test", "mended"].map(|part| array(case, part));
-        let guard = Guard::fit(train.view(), layout, &Facts::default()).unwrap();
+        let guard = Guard::fit(train.view(), layout, &KnownRange::default()).unwrap();
         let said = serde_json::to_value(&guard).unwrap();
         let constant: Vec<usize> = said["constant"]
             .as_array()
-            .map_or(vec![], |all| all.iter().map(|own| own.as_u64().unwrap() as usize).collect());
+            .map_or(vec![], |all| all.iter().map(|number| number.as_u64().unwrap() as usize).collect());
         let [bounds, shares] = ["bounds", "shares"].map(|part| array(case, part));
         let count = guard.elements();
-        for kind in 0..Kind::ALL.len() {
+        for kind in 0..BrokenKind::ALL.len() {
             for (name, table) in [("bounds", &bounds), ("shares", &shares)] {
                 let table = table.as_slice().unwrap();
                 for element in (0..count).filter(|element| !constant.contains(element)) {
-                    let own = numbers(&said[name][kind]);
-                    let got = own[if own.len() == 1 { 0 } else { element }];
+                    let list = numbers(&said[name][kind]);
+                    let got = list[if list.len() == 1 { 0 } else { element }];
                     close(got, table[kind * count + element], &format!("{case}: {name} {kind} of {element}"));
                 }
             }
@@ -65,20 +65,20 @@ fn agrees_with_numpy() {
                 .filter(|(i, _)| !constant.contains(i))
                 .map(|(_, s)| s)
                 .collect();
-            let own: Vec<f64> = numbers(&said["scale"]);
-            let own: Vec<Value> = own
+            let scale: Vec<f64> = numbers(&said["scale"]);
+            let scale: Vec<Value> = scale
                 .into_iter()
                 .enumerate()
                 .filter(|(i, _)| !constant.contains(i))
                 .map(|(_, s)| s.into())
                 .collect();
-            close_lists(&own.into(), &varying, &format!("{case}: scale"));
+            close_lists(&scale.into(), &varying, &format!("{case}: scale"));
             let links: Vec<[f64; 4]> = said["links"]
                 .as_array()
                 .unwrap()
                 .iter()
                 .enumerate()
-                .flat_map(|(i, own)| {
+                .flat_map(|(i, links)| {
                     let link = move |link: &Value| {
                         [
                             i as f64,
@@ -87,7 +87,7 @@ fn agrees_with_numpy() {
                             link["slope"].as_f64().unwrap(),
                         ]
                     };
-                    own.as_array().unwrap().iter().map(link).collect::<Vec<_>>()
+                    links.as_array().unwrap().iter().map(link).collect::<Vec<_>>()
                 })
                 .collect();
             let want = array(case, "links");
@@ -100,9 +100,9 @@ fn agrees_with_numpy() {
         let mut found = vec![];
         for (at, (test, mended)) in test.outer_iter().zip(mended.outer_iter()).enumerate() {
             let mut sample: Vec<f32> = test.iter().copied().collect();
-            let of = |own: &taxel_guard::Found| {
-                let kind = Kind::ALL.iter().position(|kind| *kind == own.kind).unwrap();
-                [at as f32, own.element as f32, kind as f32]
+            let of = |replaced: &taxel_guard::ReplacedElement| {
+                let kind = BrokenKind::ALL.iter().position(|kind| *kind == replaced.kind).unwrap();
+                [at as f32, replaced.element as f32, kind as f32]
             };
             found.extend(watch.mend(&mut sample).iter().flat_map(of));
             for (got, want) in sample.iter().zip(&mended) {
@@ -117,7 +117,7 @@ fn agrees_with_numpy() {
 fn the_fit_comes_back_from_a_file_bit_for_bit_and_a_damaged_one_is_refused() {
     for layout in Layout::ALL {
         let train = array(layout.name(), "train");
-        let guard = Guard::fit(train.view(), layout, &Facts::default()).unwrap();
+        let guard = Guard::fit(train.view(), layout, &KnownRange::default()).unwrap();
         let text = serde_json::to_string(&guard).unwrap();
         assert_eq!(serde_json::from_str::<Guard>(&text).unwrap(), guard);
         guard.check(layout, &train.shape()[1..]).unwrap();
@@ -132,13 +132,13 @@ fn the_fit_comes_back_from_a_file_bit_for_bit_and_a_damaged_one_is_refused() {
             guard.check(layout, &train.shape()[1..]).unwrap_err()
         };
         let why = "the numbers of the guard do not fit together";
-        assert_eq!(broken(&|own| own["mean"] = serde_json::json!([1.0])), why);
-        assert_eq!(broken(&|own| own["constant"] = serde_json::json!([9999])), why);
-        assert_eq!(broken(&|own| own["scale"] = serde_json::json!([0.0])), why);
-        assert_eq!(broken(&|own| own["bounds"][3] = serde_json::json!([])), why);
+        assert_eq!(broken(&|guard| guard["mean"] = serde_json::json!([1.0])), why);
+        assert_eq!(broken(&|guard| guard["constant"] = serde_json::json!([9999])), why);
+        assert_eq!(broken(&|guard| guard["scale"] = serde_json::json!([0.0])), why);
+        assert_eq!(broken(&|guard| guard["bounds"][3] = serde_json::json!([])), why);
         if !layout.has_area() {
-            assert_eq!(broken(&|own| own["links"][0][0]["from"] = 9999.into()), why);
-            assert_eq!(broken(&|own| own["ends"][0] = serde_json::json!([2.0, 1.0])), why);
+            assert_eq!(broken(&|guard| guard["links"][0][0]["from"] = 9999.into()), why);
+            assert_eq!(broken(&|guard| guard["ends"][0] = serde_json::json!([2.0, 1.0])), why);
         }
     }
 }

@@ -6,7 +6,7 @@ use ndarray::{ArrayD, Axis};
 use taxel_faults::Fault;
 use taxel_scenes::{Fingertip, Gripper, Imprint, Palpation, Result, Scene};
 
-/// What of a sample is shown: some frames of a sequence, DC and one AC channel of each finger.
+/// Selects the shown part of a sample: some frames of a sequence, DC and one AC channel of each finger.
 fn shown(name: &str, sample: &ArrayD<f32>) -> ArrayD<f32> {
     match name {
         "palpation" => sample.select(Axis(0), &[12, 22, 32, 42]),

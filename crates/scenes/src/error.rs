@@ -23,7 +23,7 @@ pub enum Error {
     Settings {
         /// The scene.
         scene: String,
-        /// What is wrong.
+        /// The problem.
         reason: String,
     },
     /// The scene has no such effect, or could not work without it.

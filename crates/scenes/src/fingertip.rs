@@ -186,8 +186,8 @@ impl Fingertip {
     }
 }
 
-/// What differs from grasp to grasp besides the object.
-struct Grasp {
+/// The quantities that differ from grasp to grasp besides the object.
+struct FingertipGrasp {
     /// The object is nearer to the fingers and farther from the thumb by this much, mm.
     shift: f64,
     /// Each finger from index to little is farther than the one before by this much, mm.
@@ -198,7 +198,7 @@ struct Grasp {
 }
 
 /// Draws grasp `i`, the `turn`-th of its session.
-fn grasp(world: &World, i: usize, session: usize, turn: usize) -> Grasp {
+fn grasp(world: &World, i: usize, session: usize, turn: usize) -> FingertipGrasp {
     let mut drift = world.rng(&format!("session/{session}"));
     let cycle = turn as f64 / SESSION_PERIOD.get();
     // An offset of its own plus a slow swing; SD 1 together.
@@ -219,15 +219,15 @@ fn grasp(world: &World, i: usize, session: usize, turn: usize) -> Grasp {
     let mut contact = world.rng(&format!("{i}/contact-quality"));
     let quality = std::array::from_fn(|finger| {
         let spread = QUALITY_SPREAD.value[finger] * normal(&mut contact);
-        let own = world.unless("contact-quality", QUALITY.value[finger] * spread.exp(), 1.0);
+        let of_grasp = world.unless("contact-quality", QUALITY.value[finger] * spread.exp(), 1.0);
         // No more force can reach the sensor than the finger presses with.
-        (own * session_quality[finger].exp()).min(1.0)
+        (of_grasp * session_quality[finger].exp()).min(1.0)
     });
-    Grasp { shift, tilt, hold_error, start_error, quality }
+    FingertipGrasp { shift, tilt, hold_error, start_error, quality }
 }
 
 /// Force of one finger on the object at each reading, N.
-fn forces(world: &World, grasp: &Grasp, finger: usize, modulus: f64) -> [f64; STEPS] {
+fn forces(world: &World, grasp: &FingertipGrasp, finger: usize, modulus: f64) -> [f64; STEPS] {
     let radius = 1.0 / (1.0 / TIP.get() + 1.0 / OBJECT.get());
     let hertz = 4.0 / 3.0 * modulus / (1.0 - POISSON.get().powi(2)) * radius.sqrt();
     let away = match finger {

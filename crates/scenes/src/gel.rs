@@ -37,9 +37,9 @@ use self::camera::{Dent, FULL_SCALE, rest};
 use self::cloth::CLOTHS;
 use self::parameters::{DEPTH, NOISE, PIECES, PITCH, SIDE_CLOTHS, SIDE_OBJECTS};
 use crate::parameters::rows;
-use crate::shapes::mesh::Grid;
+use crate::shapes::mesh::RayGrid;
 use crate::shapes::touch::{TRIES, touch};
-use crate::shapes::{Object, by_class, in_turn, load};
+use crate::shapes::{MeshObject, by_class, in_turn, load};
 use crate::world::{World, columns, each_sample, normal};
 use crate::{Effect, Error, Layout, Result, Scene};
 
@@ -56,7 +56,7 @@ const TRUTH: [&str; 3] = ["depth_mm", "spin_deg", "pitch_mm"];
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Gel {
-    /// What is pressed into the gel.
+    /// The things that are pressed into the gel.
     pub touches: Touches,
     /// Pixels along a side, 8 to 512.
     pub pixels: usize,
@@ -64,7 +64,7 @@ pub struct Gel {
     pub meshes: Option<PathBuf>,
 }
 
-/// What is pressed into the gel.
+/// The things that are pressed into the gel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Touches {
@@ -81,9 +81,9 @@ impl Default for Gel {
 }
 
 /// Takes the picture of a sample and returns its truth.
-type Look<'a> = dyn Fn(usize, ArrayViewMut3<f32>) -> Result<Vec<f64>> + Sync + 'a;
+type TakePicture<'a> = dyn Fn(usize, ArrayViewMut3<f32>) -> Result<Vec<f64>> + Sync + 'a;
 
-/// What differs from touch to touch.
+/// The quantities that differ from touch to touch.
 struct Press {
     /// How deep the first point goes, in mm.
     depth: f64,
@@ -157,8 +157,8 @@ impl Gel {
     }
 
     /// The places of a gel of this side, in mm.
-    fn grid(&self, side: f64) -> Grid {
-        Grid { side: self.pixels * FINER, pitch: side / (self.pixels * FINER) as f64 }
+    fn grid(&self, side: f64) -> RayGrid {
+        RayGrid { side: self.pixels * FINER, pitch: side / (self.pixels * FINER) as f64 }
     }
 
     /// Takes the picture of a dent.
@@ -166,9 +166,9 @@ impl Gel {
         let side = dent.side;
         let dent = if world.has("membrane") { dent.smoothed() } else { dent };
         let mut sum = Array3::<f64>::zeros((3, self.pixels, self.pixels));
-        for (own, colours) in dent.lit().enumerate() {
+        for (place, colours) in dent.lit().enumerate() {
             for (colour, value) in colours.into_iter().enumerate() {
-                sum[[colour, own / side / FINER, own % side / FINER]] += value;
+                sum[[colour, place / side / FINER, place % side / FINER]] += value;
             }
         }
         let mut noise = world.rng(&format!("{i}/noise"));
@@ -184,7 +184,7 @@ impl Gel {
         class_names: Vec<String>,
         group: &dyn Fn(usize) -> usize,
         names: &[&str],
-        one: &Look,
+        one: &TakePicture,
     ) -> Result<Scene> {
         let mut x = Array4::zeros((samples, 3, self.pixels, self.pixels));
         let truth: Vec<Vec<f64>> = each_sample(&mut x, one).into_iter().collect::<Result<_>>()?;
@@ -212,7 +212,7 @@ fn press(world: &World, i: usize) -> Press {
 }
 
 /// How deep an object dents the gel, place by place, in mm.
-fn pressed(object: &Object, world: &World, i: usize, press: &Press, grid: Grid) -> Result<Vec<f64>> {
+fn pressed(object: &MeshObject, world: &World, i: usize, press: &Press, grid: RayGrid) -> Result<Vec<f64>> {
     let mut place = world.rng(&format!("{i}/point"));
     // What lies deeper than the gel is pressed in does not touch it; what lies far out is out of reach as in `imprint`.
     let reach = 10.0;
@@ -230,7 +230,7 @@ fn laid(
     world: &World,
     i: usize,
     press: &Press,
-    grid: Grid,
+    grid: RayGrid,
     pitch: f64,
 ) -> Vec<f64> {
     let mut place = world.rng(&format!("{i}/point"));
@@ -239,8 +239,8 @@ fn laid(
     let (sin, cos) = press.spin.sin_cos();
     let half = (grid.side as f64 - 1.0) / 2.0;
     let heights: Vec<f64> = (0..grid.side * grid.side)
-        .map(|own| {
-            let (x, y) = ((own % grid.side) as f64 - half, half - (own / grid.side) as f64);
+        .map(|at| {
+            let (x, y) = ((at % grid.side) as f64 - half, half - (at / grid.side) as f64);
             let (x, y) = (x * grid.pitch / pitch, y * grid.pitch / pitch);
             pitch * face(from[0] + cos * x - sin * y, from[1] + sin * x + cos * y)
         })

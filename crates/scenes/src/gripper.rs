@@ -34,10 +34,10 @@ use crate::Layout;
 use crate::world::{World, columns};
 use crate::{Attributes, Error, Result, Scene};
 use ndarray::{Array2, Array4};
-use objects::{OBJECTS, Object};
+use objects::{GraspedObject, OBJECTS};
 use parameters::*;
 use rayon::prelude::*;
-use recording::{Grasp, Material};
+use recording::{GripperGrasp, Material};
 use serde::{Deserialize, Serialize};
 
 /// Name of the scene.
@@ -88,7 +88,7 @@ impl Gripper {
         self.chosen().map(|_| ())
     }
 
-    fn chosen(&self) -> Result<Vec<&'static Object>> {
+    fn chosen(&self) -> Result<Vec<&'static GraspedObject>> {
         let Some(names) = &self.objects else { return Ok(OBJECTS.iter().collect()) };
         let reject = |value: String, expected| Err(Error::Parameter { name: "objects", value, expected });
         if names.is_empty() {
@@ -169,7 +169,7 @@ fn rest() -> Vec<f32> {
     std::iter::once(DC_OFFSET.get() as f32).chain(ac).collect()
 }
 
-fn grasp(world: &World, i: usize, session: usize, object: &Object, recording: &mut [f32]) -> Vec<f64> {
+fn grasp(world: &World, i: usize, session: usize, object: &GraspedObject, recording: &mut [f32]) -> Vec<f64> {
     // From 0 at level 10 to 1 at level 1.
     let dull = f64::from(10 - object.elasticity) / 9.0;
     let between = |ends: &[f64]| ends[0] + (ends[1] - ends[0]) * dull;
@@ -177,7 +177,7 @@ fn grasp(world: &World, i: usize, session: usize, object: &Object, recording: &m
     let stiffness = SOFTEST.get() * level * WITHIN.value[object.place()];
     let relaxed = world.unless("relaxation", between(RELAXED.value), 0.0);
     let material = Material { stiffness, relaxed, damping: between(TAP_DAMPING.value) };
-    let grasp = Grasp::draw(world, i, session, material);
+    let grasp = GripperGrasp::draw(world, i, session, material);
     let outcome = grasp.record(world, i, recording);
     vec![
         session as f64,

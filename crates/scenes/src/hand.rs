@@ -58,8 +58,8 @@ impl Default for Hand {
     }
 }
 
-/// What differs from grasp to grasp besides the object.
-struct Grasp {
+/// The quantities that differ from grasp to grasp besides the object.
+struct HandGrasp {
     depth: f64,
     contact: f64,
     hold: f64,
@@ -99,7 +99,7 @@ impl Hand {
         let session = |i: usize| i / OBJECTS.len() % self.sessions as usize;
         let mut x = Array4::zeros((samples, FRAMES, ROWS, COLUMNS));
         let truth = each_sample(&mut x, |i, recording| {
-            let grasp = Grasp::draw(&world, i);
+            let grasp = HandGrasp::draw(&world, i);
             record(&world, i, session(i), &grasp, recording);
             grasp.truth()
         });
@@ -120,7 +120,7 @@ impl Hand {
     }
 }
 
-impl Grasp {
+impl HandGrasp {
     fn draw(world: &World, i: usize) -> Self {
         let mut grip = world.rng(&format!("{i}/grip"));
         let [depth, contact, closing] = std::array::from_fn(|_| grip.random::<f64>());
@@ -130,7 +130,7 @@ impl Grasp {
         let shift = [SHIFT.value[0], SHIFT.value[1]].map(&mut placed);
         let turn = placed(TURN.get()).to_radians();
         let contact = gripped(&CONTACT, contact);
-        Grasp {
+        HandGrasp {
             depth: world.unless("grip", DEPTH.log_between(depth), middle(&DEPTH)),
             contact,
             hold: contact + gripped(&CLOSING, closing),
@@ -159,13 +159,13 @@ fn curvatures(object: usize, turn: f64) -> [f64; 3] {
     }
 }
 
-fn record(world: &World, i: usize, session: usize, grasp: &Grasp, mut recording: ArrayViewMut3<f32>) {
+fn record(world: &World, i: usize, session: usize, grasp: &HandGrasp, mut recording: ArrayViewMut3<f32>) {
     let [along, across, both] = curvatures(i % OBJECTS.len(), grasp.turn);
     let (along, across) = (along + 1.0 / FINGER.value[0], across + 1.0 / FINGER.value[1]);
     let (mut sensor, mut day) = (world.rng("electrodes"), world.rng(&format!("session/{session}")));
     let rest = Array2::from_shape_simple_fn((ROWS, COLUMNS), || {
-        let own = REST.between(sensor.random::<f64>());
-        own + world.unless("session", SESSION.get() * normal(&mut day), 0.0)
+        let electrode = REST.between(sensor.random::<f64>());
+        electrode + world.unless("session", SESSION.get() * normal(&mut day), 0.0)
     });
     let mut noise = world.rng(&format!("{i}/noise"));
     for (frame, mut readings) in recording.outer_iter_mut().enumerate() {

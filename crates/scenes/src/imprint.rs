@@ -27,10 +27,10 @@ use std::f64::consts::TAU;
 use std::path::PathBuf;
 
 use crate::Layout;
-use crate::shapes::mesh::Grid;
+use crate::shapes::mesh::RayGrid;
 use crate::shapes::touch::{TRIES, touch};
 use crate::shapes::vector::Vector;
-use crate::shapes::{Object, by_class, in_turn, load};
+use crate::shapes::{MeshObject, by_class, in_turn, load};
 use crate::world::each_sample;
 use crate::{Effect, Error, Result, Scene};
 use ndarray::{Array3, Array4, ArrayViewMut2};
@@ -180,7 +180,7 @@ impl Imprint {
     /// Presses the array against a random point of the object.
     fn press(
         &self,
-        object: &Object,
+        object: &MeshObject,
         seed: u64,
         sample: usize,
         spin: bool,
@@ -188,7 +188,7 @@ impl Imprint {
     ) -> Result<Probe> {
         let mut place = rng(seed, &format!("{NAME}/{sample}/point"));
         let spin = if spin { TAU * rng(seed, &format!("{NAME}/{sample}/spin")).random::<f64>() } else { 0.0 };
-        let grid = Grid { side: self.elements, pitch: self.pitch() };
+        let grid = RayGrid { side: self.elements, pitch: self.pitch() };
         let Some(touch) = touch(&object.mesh, &mut place, spin, grid, self.depth_mm) else {
             let reason = format!(
                 "no point of {TRIES} can be reached by a flat array of {:.1} mm that feels {} mm deep; use a smaller array",
@@ -208,7 +208,7 @@ impl Imprint {
         &self,
         samples: usize,
         seed: u64,
-        objects: &[Object],
+        objects: &[MeshObject],
         object: &(dyn Fn(usize) -> usize + Sync),
     ) -> (Array4<f32>, Vec<[f64; 2]>) {
         let mut pictures = Array4::zeros((samples, 3, self.view, self.view));

@@ -53,7 +53,7 @@ pub struct Scene {
     pub x: ArrayD<f32>,
     /// Further arrays `[N, ..]` by name, such as pictures of the same objects; often none.
     pub streams: Vec<(String, ArrayD<f32>)>,
-    /// What the axes of one sample are.
+    /// Axes of one sample.
     pub layout: Layout,
     /// Class of each sample, an index into `class_names`; column 0 of `attributes` where there are any.
     pub y: Vec<u32>,
@@ -116,7 +116,7 @@ pub struct Effect {
     pub unit: String,
     /// Where the value comes from; `assumed` where nothing is published.
     pub source: String,
-    /// What the effect does to the readings.
+    /// The influence of the effect on the values.
     pub why: String,
     /// Whether `without` may name it.
     pub removable: bool,
@@ -127,21 +127,18 @@ pub fn names() -> &'static [&'static str] {
     &[fingertip::NAME, palpation::NAME, gripper::NAME, imprint::NAME, gel::NAME, hand::NAME, vision::NAME]
 }
 
-/// So many samples fit into memory anyway.
+/// A number of samples that always fits into memory.
 const FEW: usize = 10_000;
 
-/// Asks for the memory of so many samples before the program ends for want of it.
+/// Refuses samples for which there is not enough memory, before the program is killed.
 fn refuse_more_than_memory(samples: usize, values: usize) -> Result<()> {
     let fits =
         samples.checked_mul(values).is_some_and(|all| Vec::<f32>::new().try_reserve_exact(all).is_ok());
-    match fits {
-        true => Ok(()),
-        false => Err(Error::Parameter {
-            name: "samples",
-            value: samples.to_string(),
-            expected: "they do not fit into memory; simulate fewer, or several sets with other seeds",
-        }),
+    if fits {
+        return Ok(());
     }
+    let expected = "they do not fit into memory; simulate fewer, or several sets with other seeds";
+    Err(Error::Parameter { name: "samples", value: samples.to_string(), expected })
 }
 
 /// A scene with its settings; everything that is not set has its default.
@@ -212,7 +209,7 @@ impl Settings {
     pub fn simulate(&self, samples: usize, seed: u64, without: &[String]) -> Result<Scene> {
         if samples > FEW {
             let one = self.simulated(1, seed, without)?;
-            let streams = one.streams.iter().map(|(_, own)| own.len()).sum::<usize>();
+            let streams = one.streams.iter().map(|(_, values)| values.len()).sum::<usize>();
             refuse_more_than_memory(samples, one.x.len() + streams + one.truth.len())?;
         }
         self.simulated(samples, seed, without)

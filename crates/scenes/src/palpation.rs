@@ -34,14 +34,14 @@ use crate::world::{World, columns, normal};
 use crate::{Error, Result, Scene};
 use finger::Fingers;
 use ndarray::Array4;
-use objects::{Kind, Object, PAPER_002, PAPER_003, Shape};
+use objects::{ObjectKind, ObjectShape, PAPER_002, PAPER_003, SqueezedObject};
 use parameters::*;
 use press::{Bed, Drive};
 use rand::RngExt;
 use rand_distr::StandardNormal;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use surface::{Heap, Place, TAXELS, Taxels};
+use surface::{Heap, Placement, TAXELS, Taxels};
 use taxel_base::seed::Rng;
 
 /// Name of the scene.
@@ -132,16 +132,16 @@ impl Palpation {
         })
     }
 
-    fn objects(&self) -> Vec<&'static Object> {
-        let all: &[Object] = match self.paper {
+    fn objects(&self) -> Vec<&'static SqueezedObject> {
+        let all: &[SqueezedObject] = match self.paper {
             Paper::Manual => &PAPER_002,
             Paper::Gripper => &PAPER_003,
         };
-        let wanted = |object: &&Object| match self.subset {
+        let wanted = |object: &&SqueezedObject| match self.subset {
             Subset::All => true,
-            Subset::Rigid => object.kind == Kind::Rigid,
-            Subset::Deformable => object.kind == Kind::Deformable,
-            Subset::InBag => object.kind == Kind::InBag,
+            Subset::Rigid => object.kind == ObjectKind::Rigid,
+            Subset::Deformable => object.kind == ObjectKind::Deformable,
+            Subset::InBag => object.kind == ObjectKind::InBag,
         };
         all.iter().filter(wanted).collect()
     }
@@ -222,10 +222,10 @@ struct Lab<'a> {
 
 impl Lab<'_> {
     /// Fills one recording, frame by frame, and returns the true values in the order of [`TRUTH`].
-    fn squeeze(&self, i: usize, session: usize, object: &Object, recording: &mut [f32]) -> Vec<f64> {
+    fn squeeze(&self, i: usize, session: usize, object: &SqueezedObject, recording: &mut [f32]) -> Vec<f64> {
         let world = self.world;
         let padded = self.paper == Paper::Gripper;
-        let place = Place::draw(world, i);
+        let place = Placement::draw(world, i);
         let tilt = self.tilt(i);
         let mut heap = self.pack(i, object, place);
         let covers = surface::covers(object, &place).filter(|_| world.has("inclusions"));
@@ -265,9 +265,9 @@ impl Lab<'_> {
                 press::blur(&mut frame, &self.spread);
             }
             let taxels = taxels.gain.iter().zip(&taxels.rest);
-            for ((value, pressure), (own, rest)) in values.iter_mut().zip(frame).zip(taxels) {
+            for ((value, pressure), (taxel_gain, rest)) in values.iter_mut().zip(frame).zip(taxels) {
                 let electronic: f32 = noise.sample(StandardNormal);
-                *value = counts(gain * own * pressure + rest + noisy * electronic);
+                *value = counts(gain * taxel_gain * pressure + rest + noisy * electronic);
             }
         }
         self.truth(session, object, place, tilt, [strongest, deepest], [sensitivity, friction])
@@ -277,8 +277,8 @@ impl Lab<'_> {
     fn truth(
         &self,
         session: usize,
-        object: &Object,
-        place: Place,
+        object: &SqueezedObject,
+        place: Placement,
         tilt: [f64; 2],
         [strongest, deepest]: [f32; 2],
         [sensitivity, friction]: [f64; 2],
@@ -302,13 +302,11 @@ impl Lab<'_> {
         ]
     }
 
-    fn pack(&self, i: usize, object: &Object, place: Place) -> Option<Heap> {
-        let Shape::Bag { half, count, items } = object.shape else { return None };
+    fn pack(&self, i: usize, object: &SqueezedObject, place: Placement) -> Option<Heap> {
+        let ObjectShape::Bag { half, count, items } = object.shape else { return None };
         // Without packing, the bag is as it was when it was filled.
-        let purpose = match self.world.has("packing") {
-            true => format!("{i}/packing"),
-            false => format!("packing/{}", object.name),
-        };
+        let is_repacked = self.world.has("packing");
+        let purpose = if is_repacked { format!("{i}/packing") } else { format!("packing/{}", object.name) };
         Some(Heap::pack(half, count, items, place, &mut self.world.rng(&purpose)))
     }
 
@@ -348,7 +346,7 @@ impl Lab<'_> {
         share.map(|share| low + (high - low) * share).collect()
     }
 
-    fn drive(&self, object: &Object, level: f64, friction: f64) -> Drive<'_> {
+    fn drive(&self, object: &SqueezedObject, level: f64, friction: f64) -> Drive<'_> {
         match self.paper {
             Paper::Manual => Drive::Force(level as f32),
             Paper::Gripper => Drive::Fingers {

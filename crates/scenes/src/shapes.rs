@@ -20,7 +20,7 @@ pub(crate) mod vector;
 use mesh::Mesh;
 
 /// A mesh and where it belongs.
-pub(crate) struct Object {
+pub(crate) struct MeshObject {
     /// `bird-1`, or its file.
     pub name: String,
     /// An index into the names of the classes.
@@ -34,7 +34,7 @@ pub(crate) struct Object {
 /// # Errors
 ///
 /// [`crate::Error::Mesh`] for a mesh that cannot be used.
-pub(crate) fn load(folder: Option<&Path>, size: f64) -> Result<(Vec<String>, Vec<Object>)> {
+pub(crate) fn load(folder: Option<&Path>, size: f64) -> Result<(Vec<String>, Vec<MeshObject>)> {
     let Some(folder) = folder else {
         let all: Vec<(usize, usize)> =
             (0..objects::CLASSES.len()).flat_map(|c| (0..5).map(move |v| (c, v))).collect();
@@ -42,7 +42,7 @@ pub(crate) fn load(folder: Option<&Path>, size: f64) -> Result<(Vec<String>, Vec
             let (name, variants) = objects::CLASSES[class];
             let name = format!("{name}-{}", variant + 1);
             let (vertices, triangles) = variants[variant]().surface();
-            Ok(Object { mesh: Mesh::new(&name, vertices, triangles, size)?, name, class })
+            Ok(MeshObject { mesh: Mesh::new(&name, vertices, triangles, size)?, name, class })
         };
         let names = objects::CLASSES.map(|(name, _)| name.to_string()).to_vec();
         return Ok((names, all.par_iter().map(build).collect::<Result<_>>()?));
@@ -54,7 +54,7 @@ pub(crate) fn load(folder: Option<&Path>, size: f64) -> Result<(Vec<String>, Vec
         .flat_map(|(class, (_, files))| files.iter().map(move |file| (class, file.as_path())))
         .collect();
     let load = |&(class, file): &(usize, &Path)| {
-        Ok(Object { name: file.display().to_string(), class, mesh: read::mesh(file, size)? })
+        Ok(MeshObject { name: file.display().to_string(), class, mesh: read::mesh(file, size)? })
     };
     let objects = files.par_iter().map(load).collect::<Result<_>>()?;
     Ok((classes.into_iter().map(|(name, _)| name).collect(), objects))
@@ -62,12 +62,12 @@ pub(crate) fn load(folder: Option<&Path>, size: f64) -> Result<(Vec<String>, Vec
 
 /// The object of sample `i`: classes take turns, and in a class its objects.
 pub(crate) fn in_turn(by_class: &[Vec<usize>], i: usize) -> usize {
-    let own = &by_class[i % by_class.len()];
-    own[i / by_class.len() % own.len()]
+    let objects = &by_class[i % by_class.len()];
+    objects[i / by_class.len() % objects.len()]
 }
 
 /// For each class the numbers of its objects, in their order.
-pub(crate) fn by_class(classes: usize, objects: &[Object]) -> Vec<Vec<usize>> {
+pub(crate) fn by_class(classes: usize, objects: &[MeshObject]) -> Vec<Vec<usize>> {
     let of =
         |class: usize| objects.iter().enumerate().filter(move |(_, o)| o.class == class).map(|(at, _)| at);
     (0..classes).map(|class| of(class).collect()).collect()

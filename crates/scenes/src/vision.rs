@@ -27,7 +27,7 @@ use ndarray::Array4;
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
 
-use self::paint::{Look, picture};
+use self::paint::{Appearance, picture};
 use self::parameters::{AMBIENT, AZIMUTH, ELEVATION, LAMP, ROLL, SHIFT, ZOOM};
 use crate::parameters::rows;
 use crate::shapes::{by_class, in_turn, load};
@@ -46,16 +46,16 @@ const SIZE: f64 = 200.0;
 pub struct Vision {
     /// Pixels along a side, 8 to 1024.
     pub pixels: usize,
-    /// What is told apart.
-    pub classes: Classes,
+    /// The classes to tell apart.
+    pub classes: VisionClasses,
     /// A folder of own meshes (OBJ, STL, OFF): one sub-folder per class, or one file per class.
     pub meshes: Option<PathBuf>,
 }
 
-/// What is told apart.
+/// The classes to tell apart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Classes {
+pub enum VisionClasses {
     /// Every object is a class of its own: thirty of those built in.
     Object,
     /// Birds, chairs, hands and so on; the objects of a class are its groups.
@@ -64,7 +64,7 @@ pub enum Classes {
 
 impl Default for Vision {
     fn default() -> Self {
-        Self { pixels: 64, classes: Classes::Object, meshes: None }
+        Self { pixels: 64, classes: VisionClasses::Object, meshes: None }
     }
 }
 
@@ -75,13 +75,11 @@ impl Vision {
     ///
     /// [`Error::Parameter`].
     pub fn check(&self) -> Result<()> {
-        match (8..=1024).contains(&self.pixels) {
-            true => Ok(()),
-            false => {
-                let value = self.pixels.to_string();
-                Err(Error::Parameter { name: "pixels", value, expected: "must be in 8..=1024" })
-            }
+        if (8..=1024).contains(&self.pixels) {
+            return Ok(());
         }
+        let value = self.pixels.to_string();
+        Err(Error::Parameter { name: "pixels", value, expected: "must be in 8..=1024" })
     }
 
     /// Simulates pictures `[samples, 3 colours, pixels, pixels]` in 0..1.
@@ -101,17 +99,19 @@ impl Vision {
         let (families, objects) = load(self.meshes.as_deref(), SIZE)?;
         let by_family = by_class(families.len(), &objects);
         let (class_names, count) = match self.classes {
-            Classes::Object => (objects.iter().map(|object| object.name.clone()).collect(), objects.len()),
-            Classes::Family => (families.clone(), families.len()),
+            VisionClasses::Object => {
+                (objects.iter().map(|object| object.name.clone()).collect(), objects.len())
+            }
+            VisionClasses::Family => (families.clone(), families.len()),
         };
         let object = |i: usize| match self.classes {
-            Classes::Object => i % count,
-            Classes::Family => in_turn(&by_family, i),
+            VisionClasses::Object => i % count,
+            VisionClasses::Family => in_turn(&by_family, i),
         };
         let mut x = Array4::zeros((samples, 3, self.pixels, self.pixels));
-        let truth = each_sample(&mut x, |i, own| {
+        let truth = each_sample(&mut x, |i, image| {
             let look = look(&world, i);
-            picture(&objects[object(i)].mesh, SIZE, &look, own);
+            picture(&objects[object(i)].mesh, SIZE, &look, image);
             look.truth()
         });
         Ok(Scene {
@@ -125,14 +125,14 @@ impl Vision {
             unit: "brightness",
             full_scale: 1.0,
             rest: vec![0.0],
-            truth: columns(&Look::TRUTH, &truth),
+            truth: columns(&Appearance::TRUTH, &truth),
             attributes: None,
         })
     }
 }
 
-/// What is drawn for sample `i`; an effect that is left out has its plainest value.
-fn look(world: &World, i: usize) -> Look {
+/// Draws the appearance of sample `i`; an effect that is left out has its plainest value.
+fn look(world: &World, i: usize) -> Appearance {
     let draw = |effect: &str| {
         let mut rng = world.rng(&format!("{i}/{effect}"));
         std::array::from_fn::<f64, 12, _>(|_| rng.random::<f64>())
@@ -142,7 +142,7 @@ fn look(world: &World, i: usize) -> Look {
     let roll = if posed { ROLL.between(pose[2]).to_radians() } else { 0.0 };
     let shift = [pose[4], pose[5]].map(|share| if posed { SHIFT.between(share) } else { 0.0 });
     let lit = world.has("light");
-    Look {
+    Appearance {
         azimuth: if posed { AZIMUTH.between(pose[0]) } else { 30.0 }.to_radians(),
         elevation: if posed { ELEVATION.between(pose[1]) } else { 20.0 }.to_radians(),
         roll,

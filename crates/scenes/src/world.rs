@@ -1,4 +1,4 @@
-//! What every scene draws from: the seed, and the effects that are left out.
+//! The random numbers of every scene: the seed, and the effects that are left out.
 //!
 //! # Reference
 //!
@@ -62,7 +62,7 @@ where
     F: Fn(usize, ArrayViewMut<f32, D::Smaller>) -> T + Sync,
 {
     let mut each: Vec<_> = x.axis_iter_mut(Axis(0)).collect();
-    each.par_iter_mut().enumerate().map(|(i, own)| make(i, own.view_mut())).collect()
+    each.par_iter_mut().enumerate().map(|(i, sample)| make(i, sample.view_mut())).collect()
 }
 
 /// A draw from the normal distribution, mean 0, SD 1.

@@ -49,7 +49,7 @@ fn a_firmer_touch_shows_more() {
     let depth = &scene.truth[0].1;
     let (mut firm, mut light) = (vec![], vec![]);
     (0..60).for_each(|at| if depth[at] > 1.0 { firm.push(active(at)) } else { light.push(active(at)) });
-    let mean = |own: &[f32]| own.iter().sum::<f32>() / own.len() as f32;
+    let mean = |values: &[f32]| values.iter().sum::<f32>() / values.len() as f32;
     assert!(mean(&firm) > mean(&light), "{} {}", mean(&firm), mean(&light));
 }
 
@@ -61,8 +61,8 @@ fn every_effect_changes_the_picture_and_leaves_the_random_numbers_of_the_others_
         // A cloth that is pressed in to its ground shows no more when it goes deeper: not every picture changes.
         let changed = (0..24).map(|at| apart(&picture(&all, at), &picture(&less, at))).fold(0.0, f32::max);
         assert!(changed > 0.3, "{effect} changes nothing: {changed}");
-        for (at, own) in [(0, "depth"), (1, "spin"), (2, "piece")] {
-            assert_eq!(all.truth[at] == less.truth[at], own != effect, "{effect}: {}", all.truth[at].0);
+        for (at, quantity) in [(0, "depth"), (1, "spin"), (2, "piece")] {
+            assert_eq!(all.truth[at] == less.truth[at], quantity != effect, "{effect}: {}", all.truth[at].0);
         }
     }
     assert_eq!(touched(Touches::Cloths, 7, &[]).x, all.x.slice_axis(Axis(0), ndarray::Slice::from(0..7)));
@@ -71,11 +71,11 @@ fn every_effect_changes_the_picture_and_leaves_the_random_numbers_of_the_others_
 #[test]
 fn a_turn_of_the_gel_turns_the_colours() {
     // The lamps stand still: the same object under another turn is another picture, not a turned one.
-    let (spun, still) =
+    let (spun, unturned) =
         (touched(Touches::Objects, 6, &["noise"]), touched(Touches::Objects, 6, &["noise", "spin"]));
     assert!(spun.truth[1].1.iter().all(|degrees| (0.0..360.0).contains(degrees)));
-    assert!(still.truth[1].1.iter().all(|degrees| *degrees == 0.0));
-    assert!((0..6).any(|at| apart(&picture(&spun, at), &picture(&still, at)) > 1.0));
+    assert!(unturned.truth[1].1.iter().all(|degrees| *degrees == 0.0));
+    assert!((0..6).any(|at| apart(&picture(&spun, at), &picture(&unturned, at)) > 1.0));
 }
 
 #[test]

@@ -16,10 +16,12 @@ fn grasp(scene: &Scene, at: usize) -> Array3<f32> {
     scene.x.index_axis(Axis(0), at).to_owned().into_dimensionality().unwrap()
 }
 
-/// What each electrode has lost in the hold, rows by columns.
+/// Returns the loss of each electrode in the hold, rows by columns.
 fn lost(scene: &Scene, at: usize) -> Vec<Vec<f32>> {
-    let own = grasp(scene, at);
-    (0..7).map(|row| (0..3).map(|column| own[[0, row, column]] - own[[290, row, column]]).collect()).collect()
+    let frames = grasp(scene, at);
+    (0..7)
+        .map(|row| (0..3).map(|column| frames[[0, row, column]] - frames[[290, row, column]]).collect())
+        .collect()
 }
 
 #[test]
@@ -65,8 +67,8 @@ fn every_effect_changes_a_grasp_and_leaves_the_random_numbers_of_the_others_alon
             "depth_mm" | "contact_s" | "hold_s" => "grip",
             _ => "placement",
         };
-        for (own, without) in all.truth.iter().zip(&less.truth) {
-            assert_eq!(own == without, changes(&own.0) != effect, "{effect}: {}", own.0);
+        for (with, without) in all.truth.iter().zip(&less.truth) {
+            assert_eq!(with == without, changes(&with.0) != effect, "{effect}: {}", with.0);
         }
     }
     assert_eq!(all.truth, noiseless.truth);
@@ -75,11 +77,13 @@ fn every_effect_changes_a_grasp_and_leaves_the_random_numbers_of_the_others_alon
 #[test]
 fn before_contact_there_is_rest_and_the_hold_holds() {
     let scene = grasps(3, &["noise", "placement"]);
-    let own = grasp(&scene, 0);
+    let frames = grasp(&scene, 0);
     let [contact, hold] = [1, 2].map(|column| (scene.truth[column].1[0] * 100.0) as usize);
-    assert!((0..contact).all(|frame| own.index_axis(Axis(0), frame) == own.index_axis(Axis(0), 0)));
-    assert!(own[[0, 3, 1]] > own[[hold, 3, 1]] + 100.0);
-    assert!((hold + 1..700).all(|frame| own.index_axis(Axis(0), frame) == own.index_axis(Axis(0), 699)));
+    assert!((0..contact).all(|frame| frames.index_axis(Axis(0), frame) == frames.index_axis(Axis(0), 0)));
+    assert!(frames[[0, 3, 1]] > frames[[hold, 3, 1]] + 100.0);
+    assert!(
+        (hold + 1..700).all(|frame| frames.index_axis(Axis(0), frame) == frames.index_axis(Axis(0), 699))
+    );
 }
 
 #[test]

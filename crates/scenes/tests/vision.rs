@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used)]
 
-use taxel_scenes::{Scene, Vision, vision::Classes};
+use taxel_scenes::{Scene, Vision, vision::VisionClasses};
 
 fn pictures(samples: usize, without: &[&str]) -> Scene {
     let without: Vec<String> = without.iter().map(ToString::to_string).collect();
@@ -22,7 +22,7 @@ fn thirty_objects_or_six_families() {
     assert_eq!((scene.class_names.len(), scene.class_names[0].as_str()), (30, "bird-1"));
     assert_eq!(scene.y, (0..60).map(|i| i % 30).collect::<Vec<u32>>());
     assert!(scene.x.iter().all(|value| (0.0..=1.0).contains(value)));
-    let families = Vision { pixels: 24, classes: Classes::Family, meshes: None };
+    let families = Vision { pixels: 24, classes: VisionClasses::Family, meshes: None };
     let scene = families.simulate(36, 3, &[]).unwrap();
     assert_eq!(scene.class_names, ["bird", "chair", "hand", "head", "plane", "quadruped"]);
     // The sixth bird is the first object again.
@@ -36,7 +36,7 @@ fn without_its_effects_a_picture_is_that_of_its_object() {
     assert!(apart(&plain, 0, 29) > 0.02, "a bird and a quadruped");
     for effect in ["light", "texture", "background", "pose"] {
         let others: Vec<&str> =
-            ["light", "texture", "background", "pose"].into_iter().filter(|own| *own != effect).collect();
+            ["light", "texture", "background", "pose"].into_iter().filter(|other| *other != effect).collect();
         assert!(apart(&pictures(60, &others), 0, 30) > 0.002, "{effect} changes nothing");
     }
 }

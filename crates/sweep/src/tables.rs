@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use taxel_base::files::Part;
+use taxel_base::files::PartFile;
 use taxel_data::Task;
 use taxel_judge::Primary;
 use taxel_learn::metrics::metrics;
@@ -28,7 +28,7 @@ struct ScoreTable {
 
 struct CsvTable {
     path: PathBuf,
-    out: csv::Writer<Part>,
+    out: csv::Writer<PartFile>,
 }
 
 impl ResultTables {
@@ -157,7 +157,7 @@ fn column(primary: &Primary, name: &str) -> String {
 
 impl CsvTable {
     fn new(path: PathBuf, heads: &[String]) -> Result<Self> {
-        let part = Part::create(&path).map_err(|e| Error::io(&path, "written", e))?;
+        let part = PartFile::create(&path).map_err(|e| Error::io(&path, "written", e))?;
         let mut table = CsvTable { path, out: csv::Writer::from_writer(part) };
         table.write(heads)?;
         Ok(table)
@@ -170,6 +170,6 @@ impl CsvTable {
     fn finish(self) -> Result<()> {
         let CsvTable { path, out } = self;
         let part = out.into_inner().map_err(csv::IntoInnerError::into_error);
-        part.and_then(Part::finish).map_err(|e| Error::io(&path, "written", e))
+        part.and_then(PartFile::finish).map_err(|e| Error::io(&path, "written", e))
     }
 }

@@ -1,4 +1,4 @@
-//! What a data set holds, and what to mind before training on it.
+//! The card of a data set: its content, and warnings before training on it.
 
 use crate::check::shortcut::Shortcut;
 use crate::check::values::ChannelRange;
@@ -20,9 +20,9 @@ pub struct ClassCount {
 /// The groups of a data set.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct GroupSummary {
-    /// What they are, such as `session` or `trial/12`.
+    /// Name, such as `session` or `trial/12`.
     pub name: String,
-    /// How many there are.
+    /// Number of groups.
     pub groups: usize,
     /// Fewest and most samples in a group.
     pub samples: [usize; 2],
@@ -52,21 +52,20 @@ pub struct Card {
     pub digest: String,
     /// Shape of `x`, samples first.
     pub shape: Vec<usize>,
-    /// What the axes of a sample are; of an array a guess from rank and type where nobody says it. In JSON
-    /// the axes of `x`: `N×C×T`.
+    /// Axes of a sample; a guess from rank and type where they are not given. In JSON the axes of `x`: `N×C×T`.
     #[serde(rename = "axes", serialize_with = "axes")]
     pub layout: Layout,
     /// Lengths of the recordings, where they are unequal or a rule for them is given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lengths: Option<Lengths>,
-    /// How the file was taken where it could be taken otherwise: a table as long or wide, its time stamps.
+    /// How the file was read, where it could be read otherwise: a table as long or wide, its time stamps.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub read_as: Vec<String>,
     /// Type of the stored values.
     pub dtype: String,
     /// Classes by label.
     pub classes: Vec<ClassCount>,
-    /// What the columns of labels are where there are several; of a card by [`check`](crate::check) only.
+    /// Meaning of the columns of labels, where there are several; of a card by [`check`](crate::check) only.
     pub labels: Option<String>,
     /// Share of the largest class, 0..1: the score of always answering it.
     pub majority_share: f64,
@@ -74,7 +73,7 @@ pub struct Card {
     pub groups: Option<GroupSummary>,
     /// Further arrays of the `.npz`; any of whole numbers `[N]` can serve as groups.
     pub other_arrays: Vec<String>,
-    /// Files of the folder that were passed over: hidden ones, and what systems leave behind.
+    /// Files of the folder that were passed over: hidden ones, and files that systems leave behind.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub ignored: Vec<String>,
     /// Lowest and highest finite value.
@@ -97,18 +96,18 @@ pub struct Card {
     pub duplicates: Vec<Vec<usize>>,
     /// Sets of exact copies with different labels.
     pub contradictions: Vec<Contradiction>,
-    /// How many samples a few global statistics alone tell apart; none for under 40 samples or one class.
+    /// Share of samples that a few global statistics alone tell apart; none for under 40 samples or one class.
     pub shortcut: Option<Shortcut>,
     /// Sources of rows left out on request.
     pub dropped: Vec<String>,
-    /// What keeps the data set from being loaded; empty if it loads.
+    /// Problems that keep the data set from being loaded; empty if it loads.
     pub problems: Vec<String>,
-    /// What does not keep it from being loaded, but distorts a score.
+    /// Warnings: the data set loads, but scores may be distorted.
     pub warnings: Vec<String>,
 }
 
 impl Card {
-    /// The axes of `x` as people write them: `N×C×T`.
+    /// Returns the axes of `x` as people write them: `N×C×T`.
     pub(crate) fn axes(&self) -> &'static str {
         letters(self.layout)
     }

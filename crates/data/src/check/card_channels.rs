@@ -1,48 +1,50 @@
-//! The channels of a card, each on a line, or where there are many the ones that stand out.
+//! Writes the channels of a card: each on a line, or where there are many the ones that stand out.
 
 use crate::check::values::ChannelRange;
 
-/// Channels that are listed one by one; of more, ranges and outliers are.
+/// Most channels that are listed one by one; of more, ranges and outliers are.
 const EACH: usize = 12;
-/// Outliers that are listed.
+/// Most outliers that are listed.
 const OUTLIERS: usize = 6;
-/// A range this many times as wide as the median one, or as many times narrower, stands out.
+/// A range stands out that is this many times as wide as the median one, or as many times narrower.
 const WIDER: f32 = 10.0;
-/// A share of values at the lowest or the highest, or of samples without a change, stands out where it is this much
-/// above the median channel's.
+/// A share of values at the lowest or the highest, or of samples without a change, stands out if it is this much above that
+/// of the median channel.
 const CLIPPED: f64 = 0.1;
 
-/// Lines about the channels.
+/// Returns the lines about the channels.
 pub(crate) fn lines(channels: &[ChannelRange]) -> Vec<String> {
     if channels.len() <= EACH {
-        return channels.iter().map(|own| format!("{:>4}  {}", own.channel, described(own))).collect();
+        return channels.iter().map(line).collect();
     }
     let mut lines = vec![spread(channels)];
     let usual = Usual::of(channels);
-    let outliers: Vec<&ChannelRange> = channels.iter().filter(|own| usual.is_left_by(own)).collect();
-    let listed = outliers.iter().take(OUTLIERS);
-    lines.extend(listed.map(|own| format!("{:>4}  {}", own.channel, described(own))));
+    let outliers: Vec<&ChannelRange> = channels.iter().filter(|range| usual.is_left_by(range)).collect();
+    lines.extend(outliers.iter().take(OUTLIERS).map(|range| line(range)));
     if outliers.len() > OUTLIERS {
         lines.push(format!("      and {} more that stand out, listed in JSON", outliers.len() - OUTLIERS));
     }
     lines
 }
 
-fn described(own: &ChannelRange) -> String {
-    let (Some(min), Some(max)) = (own.min, own.max) else { return "no finite value".into() };
+fn line(range: &ChannelRange) -> String {
+    format!("{:>4}  {}", range.channel, described(range))
+}
+
+fn described(range: &ChannelRange) -> String {
+    let (Some(min), Some(max)) = (range.min, range.max) else { return "no finite value".into() };
+    let [low, high, stuck] = [range.at_min, range.at_max, range.stuck].map(|share| share * 100.0);
     let note = if min == max {
         "constant".into()
+    } else if stuck < 0.05 {
+        format!("{low:5.1} % at lowest, {high:5.1} % at highest")
     } else {
-        let [low, high, stuck] = [own.at_min, own.at_max, own.stuck].map(|share| share * 100.0);
-        match stuck < 0.05 {
-            true => format!("{low:5.1} % at lowest, {high:5.1} % at highest"),
-            false => format!("{low:5.1}, {high:.1} % at ends; {stuck:.1} % still"),
-        }
+        format!("{low:5.1}, {high:.1} % at ends; {stuck:.1} % still")
     };
     format!("{:<22}{note}", format!("{}..{}", short(min), short(max)))
 }
 
-/// How far the ranges of all channels reach.
+/// Says how far the ranges of all channels reach.
 fn spread(channels: &[ChannelRange]) -> String {
     let span = |of: fn(&ChannelRange) -> Option<f32>| {
         let values = channels.iter().filter_map(of);
@@ -51,10 +53,10 @@ fn spread(channels: &[ChannelRange]) -> String {
         if low == high { short(low) } else { format!("{} to {}", short(low), short(high)) }
     };
     let count = channels.len();
-    match channels.iter().any(|own| own.min.is_some()) {
-        false => format!("{count}, none with a finite value"),
-        true => format!("{count}; lowest values {}, highest {}", span(|own| own.min), span(|own| own.max)),
+    if channels.iter().all(|range| range.min.is_none()) {
+        return format!("{count}, none with a finite value");
     }
+    format!("{count}; lowest values {}, highest {}", span(|range| range.min), span(|range| range.max))
 }
 
 /// The median channel.
@@ -73,28 +75,28 @@ impl Usual {
         };
         Self {
             width: median(channels.iter().filter_map(width).map(f64::from).collect()) as f32,
-            at_min: median(channels.iter().map(|own| own.at_min).collect()),
-            at_max: median(channels.iter().map(|own| own.at_max).collect()),
-            stuck: median(channels.iter().map(|own| own.stuck).collect()),
+            at_min: median(channels.iter().map(|range| range.at_min).collect()),
+            at_max: median(channels.iter().map(|range| range.at_max).collect()),
+            stuck: median(channels.iter().map(|range| range.stuck).collect()),
         }
     }
 
-    fn is_left_by(&self, own: &ChannelRange) -> bool {
-        let Some(width) = width(own) else { return true };
+    fn is_left_by(&self, range: &ChannelRange) -> bool {
+        let Some(width) = width(range) else { return true };
         let is_other_width = width > WIDER * self.width || width * WIDER < self.width;
         width == 0.0
             || is_other_width
-            || own.at_min > self.at_min + CLIPPED
-            || own.at_max > self.at_max + CLIPPED
-            || own.stuck > self.stuck + CLIPPED
+            || range.at_min > self.at_min + CLIPPED
+            || range.at_max > self.at_max + CLIPPED
+            || range.stuck > self.stuck + CLIPPED
     }
 }
 
-fn width(own: &ChannelRange) -> Option<f32> {
-    Some(own.max? - own.min?)
+fn width(range: &ChannelRange) -> Option<f32> {
+    Some(range.max? - range.min?)
 }
 
-/// Five significant digits.
+/// Writes a value in five significant digits.
 fn short(value: f32) -> String {
     let digits = if value == 0.0 { 0 } else { value.abs().log10().floor() as i32 };
     if !(-4..7).contains(&digits) {

@@ -1,14 +1,14 @@
-//! The card as text of at most 80 columns and one screen.
+//! Writes the card as text of at most 80 columns and one screen.
 
-use crate::check::card::Card;
+use crate::check::card::{Card, GroupSummary};
 use crate::check::card_channels;
 use std::fmt::{self, Display, Formatter, Write};
 
 const WIDTH: usize = 80;
 const KEY: usize = 12;
-/// Letters of a list of names, about three lines.
+/// Most letters of a list of names, about three lines.
 const LIST: usize = 3 * (WIDTH - KEY);
-/// Problems that are printed.
+/// Most problems that are printed.
 const PROBLEMS: usize = 6;
 
 impl Display for Card {
@@ -25,9 +25,7 @@ impl Card {
         entry(out, "data", &self.name)?;
         let shape = shape.join("×");
         entry(out, "shape", &format!("{shape} ({}, stored as {})", self.axes(), self.dtype))?;
-        for (i, how) in self.read_as.iter().enumerate() {
-            entry(out, if i == 0 { "read as" } else { "" }, how)?;
-        }
+        entries(out, "read as", &self.read_as)?;
         self.write_lengths(out)?;
         entry(out, "digest", self.digest.get(..16).unwrap_or(&self.digest))?;
         let share = self.majority_share * 100.0;
@@ -40,20 +38,12 @@ impl Card {
         if let Some(labels) = &self.labels {
             entry(out, "", labels)?;
         }
-        match &self.groups {
-            None => entry(out, "groups", "none")?,
-            Some(groups) => entry(
-                out,
-                "groups",
-                &format!(
-                    "{} of {}: {} samples each, {} classes each",
-                    groups.groups,
-                    groups.name,
-                    span(groups.samples),
-                    span(groups.classes)
-                ),
-            )?,
-        }
+        let groups = self.groups.as_ref().map_or("none".into(), |groups| {
+            let [samples, classes] = [groups.samples, groups.classes].map(span);
+            let GroupSummary { groups, name, .. } = groups;
+            format!("{groups} of {name}: {samples} samples each, {classes} classes each")
+        });
+        entry(out, "groups", &groups)?;
         if !self.other_arrays.is_empty() {
             let names = first_of(&self.other_arrays);
             entry(out, "also holds", &format!("{names} (group = \"...\" makes groups of one)"))?;
@@ -68,23 +58,20 @@ impl Card {
         if !self.dropped.is_empty() {
             entry(out, "dropped", &format!("{} rows", self.dropped.len()))?;
         }
-        for (i, warning) in self.warnings.iter().enumerate() {
-            entry(out, if i == 0 { "mind" } else { "" }, &format!("- {warning}"))?;
+        let list = |texts: &[String]| texts.iter().map(|text| format!("- {text}")).collect::<Vec<_>>();
+        entries(out, "mind", &list(&self.warnings))?;
+        let mut problems = list(&self.problems);
+        if problems.len() > PROBLEMS {
+            let more = problems.split_off(PROBLEMS).len();
+            problems.push(format!("and {more} more, listed in JSON"));
         }
-        for (i, problem) in self.problems.iter().take(PROBLEMS).enumerate() {
-            entry(out, if i == 0 { "WRONG" } else { "" }, &format!("- {problem}"))?;
-        }
-        match self.problems.len().saturating_sub(PROBLEMS) {
-            0 => {}
-            more => entry(out, "", &format!("and {more} more, listed in JSON"))?,
-        }
-        Ok(())
+        entries(out, "WRONG", &problems)
     }
 
     fn write_lengths(&self, out: &mut String) -> fmt::Result {
         let Some(lengths) = &self.lengths else { return Ok(()) };
         entry(out, "lengths", &lengths.to_string())?;
-        // Whole, as a config takes it.
+        // Not wrapped, to be copied into a config.
         match lengths.rule {
             Some(rule) => writeln!(out, "{:KEY$}{}", "rule", rule.key())?,
             None => writeln!(out, "{:KEY$}{} (below: the set under it)", "proposed", lengths.proposed.key())?,
@@ -113,14 +100,14 @@ impl Card {
     }
 }
 
-/// The first names of a long list.
+/// Joins the first names of a long list.
 fn first_of(names: &[String]) -> String {
     let mut letters = 0;
     let fits = |name: &&String| {
         letters += name.chars().count() + 2;
         letters <= LIST
     };
-    // The first is always there.
+    // The first is always shown.
     let shown = names.iter().take_while(fits).count().max(1).min(names.len());
     let more = names.len() - shown;
     let text = names[..shown].join(", ");
@@ -131,7 +118,13 @@ fn span([low, high]: [usize; 2]) -> String {
     if low == high { low.to_string() } else { format!("{low}..{high}") }
 }
 
-/// A key and its text, wrapped at spaces under the first line.
+/// Writes a key and its texts below one another.
+fn entries(out: &mut String, key: &str, texts: &[String]) -> fmt::Result {
+    let keys = std::iter::once(key).chain(std::iter::repeat(""));
+    keys.zip(texts).try_for_each(|(key, text)| entry(out, key, text))
+}
+
+/// Writes a key and its text, wrapped at spaces under the first line.
 fn entry(out: &mut String, key: &str, text: &str) -> fmt::Result {
     write!(out, "{key:<KEY$}")?;
     let mut column = KEY;

@@ -1,12 +1,12 @@
-//! The card of a data set: its classes, groups, values and copies.
+//! Fills the card of a data set: its classes, groups, values and copies.
 
 use crate::check::card::{Card, ClassCount, Contradiction, GroupSummary};
 use crate::check::duplicates::{contradictory, duplicate_sets};
 use crate::check::shortcut::Shortcut;
-use crate::check::values::Values;
+use crate::check::values::ValueStatistics;
 use crate::check::warnings::warnings;
 use crate::dataset::dataset::Dataset;
-use crate::dataset::targets;
+use crate::dataset::targets::{Quantity, Values};
 use std::collections::{BTreeMap, BTreeSet};
 
 impl Card {
@@ -36,7 +36,7 @@ impl Card {
             sources: rows.iter().map(|row| data.origins[*row].clone()).collect(),
             labels: rows.iter().map(|row| name(*row)).collect(),
         };
-        let values = Values::of(data);
+        let values = ValueStatistics::of(data);
         let largest = counts.iter().max().map_or(0, |count| *count);
         let mut card = Self {
             name: data.name.clone(),
@@ -73,16 +73,16 @@ impl Card {
     }
 }
 
-/// Says what the targets are where they are values: `targets are values: force 0.1 to 9.8 N`.
-fn ranges(values: &targets::Values) -> String {
+/// Describes targets that are values: `targets are values: force 0.1 to 9.8 N`.
+fn ranges(values: &Values) -> String {
     let count = values.quantities().len();
-    let of_one = |(column, own): (usize, &targets::Quantity)| {
-        let own_values = values.values().iter().skip(column).step_by(count.max(1));
-        let (low, high) = own_values.fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), value| {
+    let of_one = |(column, quantity): (usize, &Quantity)| {
+        let measured = values.values().iter().skip(column).step_by(count.max(1));
+        let (low, high) = measured.fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), value| {
             (low.min(*value), high.max(*value))
         });
-        let unit = own.unit.as_ref().map_or(String::new(), |unit| format!(" {unit}"));
-        format!("{} {low} to {high}{unit}", own.name)
+        let unit = quantity.unit.as_ref().map_or(String::new(), |unit| format!(" {unit}"));
+        format!("{} {low} to {high}{unit}", quantity.name)
     };
     let each: Vec<String> = values.quantities().iter().enumerate().map(of_one).collect();
     format!("targets are values: {}", each.join(", "))

@@ -1,12 +1,12 @@
-//! Whether readings wander over the order in which they were recorded.
+//! Measures whether values drift over the order in which samples were recorded.
 
 use crate::dataset::dataset::Dataset;
 use std::collections::BTreeMap;
 
-/// The mean reading of each sample, in the order of the samples, and how far it goes with that order.
+/// The mean value of each sample, in the order of the samples, and its correlation with that order.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Drift {
-    /// Mean of each sample's finite values, in the unit of the readings; NaN where there is none.
+    /// Mean of each sample's finite values, in their unit; NaN where there is none.
     pub means: Vec<f64>,
     /// Correlation of the mean with the place of a sample among those of its own class, -1 to 1: classes that were
     /// recorded one after the other do not count as drift. None where either does not vary.
@@ -14,7 +14,7 @@ pub struct Drift {
 }
 
 impl Drift {
-    /// Looks at the samples of `data`, whose order is taken for that of the recording.
+    /// Measures the samples of `data`, whose order is taken for that of the recording.
     pub fn of(data: &Dataset) -> Self {
         let mean = |sample: ndarray::ArrayViewD<f32>| {
             let finite = sample.iter().filter(|v| v.is_finite());
@@ -30,7 +30,7 @@ impl Drift {
     }
 }
 
-/// Pearson's correlation of the values of each class with their places, both from the mean of the class.
+/// Returns Pearson's correlation of the values of each class with their places, both from the mean of the class.
 fn correlation(classes: impl Iterator<Item = Vec<f64>>) -> Option<f64> {
     let (mut both, mut of_place, mut of_value) = (0.0, 0.0, 0.0);
     for values in classes {
@@ -53,7 +53,7 @@ mod tests {
 
     #[test]
     fn order_within_classes_counts_and_order_of_classes_does_not() {
-        let of = |classes: &[&[f64]]| correlation(classes.iter().map(|own| own.to_vec()));
+        let of = |classes: &[&[f64]]| correlation(classes.iter().map(|class| class.to_vec()));
         assert_eq!(of(&[&[1.0, 1.0, 1.0], &[9.0, 9.0, 9.0]]), None, "only the classes differ");
         assert!((of(&[&[1.0, 2.0, 3.0], &[7.0, 8.0, 9.0]]).unwrap_or(0.0) - 1.0).abs() < 1e-12);
         assert!((of(&[&[3.0, 2.0, 1.0]]).unwrap_or(0.0) + 1.0).abs() < 1e-12);

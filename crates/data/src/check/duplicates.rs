@@ -1,10 +1,10 @@
-//! Exact copies of recordings.
+//! Finds exact copies of recordings.
 
 use crate::dataset::digest::RowHash;
 use std::collections::{HashMap, HashSet};
 use std::hash::Hash;
 
-/// Sets of samples with equal hash, two or more each: indices ascending, sets by first index.
+/// Lists the sets of two or more samples with equal hash: indices ascending, sets by first index.
 pub fn duplicate_sets(row_hash: &[RowHash]) -> Vec<Vec<usize>> {
     let mut rows: HashMap<&RowHash, Vec<usize>> = HashMap::new();
     for (i, hash) in row_hash.iter().enumerate() {
@@ -15,13 +15,13 @@ pub fn duplicate_sets(row_hash: &[RowHash]) -> Vec<Vec<usize>> {
     sets
 }
 
-/// The sets of copies that carry more than one of `labels` (one per sample).
+/// Lists the sets of copies that carry more than one of `labels` (one per sample).
 pub(crate) fn contradictory<L: Eq>(sets: &[Vec<usize>], labels: &[L]) -> Vec<Vec<usize>> {
     let differs = |set: &&Vec<usize>| set.windows(2).any(|pair| labels[pair[0]] != labels[pair[1]]);
     sets.iter().filter(differs).cloned().collect()
 }
 
-/// Rows that repeat an earlier row with the same one of `labels` (one per sample).
+/// Lists the rows that repeat an earlier row with the same one of `labels` (one per sample).
 pub(crate) fn later_copies<L: Eq + Hash>(sets: &[Vec<usize>], labels: &[L]) -> Vec<usize> {
     let mut later = Vec::new();
     for set in sets {
@@ -31,7 +31,7 @@ pub(crate) fn later_copies<L: Eq + Hash>(sets: &[Vec<usize>], labels: &[L]) -> V
     later
 }
 
-/// For each sample the index of the first sample that is an exact copy of it.
+/// Returns for each sample the index of the first sample that is an exact copy of it.
 pub(crate) fn units(row_hash: &[RowHash]) -> Vec<u32> {
     let mut first = HashMap::new();
     row_hash.iter().enumerate().map(|(i, hash)| *first.entry(hash).or_insert(i as u32)).collect()

@@ -1,4 +1,4 @@
-//! What `data check` says of a data set.
+//! The checks of a data set that `data check` prints.
 
 pub(crate) mod card;
 pub(crate) mod card_channels;

@@ -1,9 +1,9 @@
-//! What a few numbers of a sample, blind to its shape, tell about its class.
+//! Measures how far a few numbers of a sample, without its shape, tell its class.
 //!
-//! A sensor's lighting, offset or gain that differs between the recordings of two classes tells them apart
-//! without touch. Such a confound shows in the plainest numbers of a sample: if they alone go half of the way
-//! from chance to every sample, the set is under suspicion. It may be touch all the same (a larger object is
-//! felt by more taxels): only the person who recorded it can say.
+//! A lighting, offset or gain that differs between the recordings of two classes tells them apart without touch. Such a
+//! confound shows in the simplest numbers of a sample: if they alone go half of the way from chance to every sample, the set
+//! is suspicious. It may be touch all the same (a larger object is felt by more taxels): only the person who recorded it
+//! can say.
 
 use ndarray::{ArrayD, Axis};
 use serde::{Deserialize, Serialize};
@@ -14,14 +14,14 @@ use std::fmt::{self, Display, Formatter};
 const NEIGHBOURS: usize = 5;
 /// With fewer samples luck looks like a shortcut.
 const LEAST: usize = 40;
-/// Of more samples, this many spread evenly are looked at.
+/// Most samples that are measured, spread evenly over all.
 const MOST: usize = 4000;
 /// With more channels their means are no longer a few numbers.
 const CHANNELS: usize = 8;
 /// Share of the way from chance to every sample that is worth a warning.
 const SUSPICIOUS: f64 = 0.5;
 
-/// How many samples their global statistics alone tell apart.
+/// The share of samples that their global statistics alone tell apart.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Shortcut {
     /// The numbers of a sample: `mean`, `SD`, `lowest`, `highest`, and `mean of 0` for channel 0.
@@ -31,41 +31,43 @@ pub struct Shortcut {
     pub accuracy: f64,
     /// Share of the largest class, 0..1.
     pub chance: f64,
-    /// Whether samples of the same group were kept from voting.
+    /// Samples of the same group were kept from voting.
     pub by_group: bool,
 }
 
 impl Shortcut {
-    /// Looks at samples `[N, ...]` with labels `[N]`; channels lie along axis 1. `groups` `[N]` are
+    /// Measures samples `[N, ...]` with labels `[N]`; channels lie along axis 1. `groups` `[N]` are
     /// sessions or objects, `copies` `[N]` the units of [`Dataset::units`](crate::Dataset::units).
     ///
     /// None for fewer than 40 samples, for a single class, and where a value is not finite.
     pub fn of(x: &ArrayD<f32>, y: &[u32], groups: Option<&[u32]>, copies: Option<&[u32]>) -> Option<Self> {
-        let own = Voters::of(x, y, groups, copies)?;
-        let accuracy = own.accuracy(&own.table);
-        Some(Self { accuracy, statistics: own.statistics, chance: own.chance, by_group: own.by_group })
+        let voters = Voters::of(x, y, groups, copies)?;
+        let accuracy = voters.accuracy(&voters.table);
+        let Voters { statistics, chance, by_group, .. } = voters;
+        Some(Self { accuracy, statistics, chance, by_group })
     }
 
-    /// How far each number goes alone, the furthest first; of the same samples as [`of`](Self::of), and none
-    /// where that is.
+    /// Measures the same samples by each number alone, the most telling first; empty where [`of`](Self::of) is none.
     pub fn carriers(
         x: &ArrayD<f32>,
         y: &[u32],
         groups: Option<&[u32]>,
         copies: Option<&[u32]>,
     ) -> Vec<Carrier> {
-        let Some(own) = Voters::of(x, y, groups, copies) else { return vec![] };
+        let Some(voters) = Voters::of(x, y, groups, copies) else { return vec![] };
         let carrier = |(at, statistic): (usize, &String)| {
-            let alone: Vec<Vec<f64>> = own.table.iter().map(|line| vec![line[at]]).collect();
-            let values = own.as_measured.iter().zip(&own.classes).map(|(line, class)| (line[at], *class));
-            Carrier { statistic: statistic.clone(), accuracy: own.accuracy(&alone), values: values.collect() }
+            let column: Vec<Vec<f64>> = voters.table.iter().map(|line| vec![line[at]]).collect();
+            let values =
+                voters.as_measured.iter().zip(&voters.classes).map(|(line, class)| (line[at], *class));
+            let accuracy = voters.accuracy(&column);
+            Carrier { statistic: statistic.clone(), accuracy, values: values.collect() }
         };
-        let mut all: Vec<Carrier> = own.statistics.iter().enumerate().map(carrier).collect();
+        let mut all: Vec<Carrier> = voters.statistics.iter().enumerate().map(carrier).collect();
         all.sort_by(|a, b| b.accuracy.total_cmp(&a.accuracy));
         all
     }
 
-    /// Whether the numbers go half of the way from chance to every sample, or further.
+    /// Checks whether the numbers go half of the way from chance to every sample, or further.
     pub fn is_suspicious(&self) -> bool {
         self.accuracy - self.chance >= SUSPICIOUS * (1.0 - self.chance)
     }
@@ -78,12 +80,12 @@ pub struct Carrier {
     pub statistic: String,
     /// As [`Shortcut::accuracy`], by this number alone.
     pub accuracy: f64,
-    /// The number and the class of each sample that was looked at.
+    /// The number and the class of each sample that was measured.
     #[serde(skip)]
     pub values: Vec<(f64, u32)>,
 }
 
-/// The samples that are looked at, by their numbers.
+/// The samples that are measured, by their numbers.
 struct Voters {
     statistics: Vec<String>,
     /// `[sample][number]`.
@@ -98,7 +100,7 @@ struct Voters {
 }
 
 impl Voters {
-    /// None where [`Shortcut::of`] is.
+    /// Measures the samples; none where [`Shortcut::of`] is none.
     fn of(x: &ArrayD<f32>, y: &[u32], groups: Option<&[u32]>, copies: Option<&[u32]>) -> Option<Self> {
         let step = y.len().div_ceil(MOST).max(1);
         let rows: Vec<usize> = (0..y.len()).step_by(step).collect();
@@ -128,7 +130,7 @@ impl Voters {
         })
     }
 
-    /// Share of samples that the nearest of other units by `table` put into the right class.
+    /// Returns the share of samples that the nearest of other units by `table` put into the right class.
     fn accuracy(&self, table: &[Vec<f64>]) -> f64 {
         let all = 0..table.len();
         let right = all.clone().filter(|&at| {
@@ -155,7 +157,7 @@ impl Display for Shortcut {
     }
 }
 
-/// Names of the statistics, and their values for each of `rows`; none where one is not finite.
+/// Returns the names of the statistics, and their values for each of `rows`; none where one is not finite.
 fn table(x: &ArrayD<f32>, rows: &[usize]) -> Option<(Vec<String>, Vec<Vec<f64>>)> {
     let channels = if x.ndim() > 2 && x.len_of(Axis(1)) <= CHANNELS { x.len_of(Axis(1)) } else { 0 };
     let mut names: Vec<String> = ["mean", "SD", "lowest", "highest"].map(String::from).to_vec();
@@ -186,7 +188,7 @@ fn table(x: &ArrayD<f32>, rows: &[usize]) -> Option<(Vec<String>, Vec<Vec<f64>>)
     Some((names, table))
 }
 
-/// Every column to mean 0 and SD 1; a constant one to 0.
+/// Brings every column to mean 0 and SD 1; a constant one to 0.
 fn standardise(table: &mut [Vec<f64>]) {
     let n = table.len().max(1) as f64;
     for column in 0..table.first().map_or(0, Vec::len) {
@@ -197,7 +199,7 @@ fn standardise(table: &mut [Vec<f64>]) {
     }
 }
 
-/// The class that most of the nearest have; of equals the one with the nearer neighbours.
+/// Returns the class of most of the nearest; of equals the one with the nearer neighbours.
 fn vote(table: &[Vec<f64>], at: usize, others: impl Iterator<Item = (usize, u32)>) -> Option<u32> {
     let mut nearest: Vec<(f64, u32)> = Vec::with_capacity(NEIGHBOURS + 1);
     for (other, class) in others {
@@ -209,7 +211,7 @@ fn vote(table: &[Vec<f64>], at: usize, others: impl Iterator<Item = (usize, u32)
         nearest.insert(place, (distance, class));
         nearest.truncate(NEIGHBOURS);
     }
-    let votes = |class: u32| nearest.iter().filter(|(_, own)| *own == class).count();
-    // The last of equals of a reversed order is the nearest.
+    let votes = |class: u32| nearest.iter().filter(|(_, vote)| *vote == class).count();
+    // `max_by_key` returns the last of equals: in reversed order the nearest.
     nearest.iter().rev().map(|(_, class)| *class).max_by_key(|class| votes(*class))
 }

@@ -1,4 +1,4 @@
-//! One pass over all values for a card: ranges, saturation, constant taxels.
+//! Measures all values for a card in one pass: ranges, saturation, constant taxels.
 
 use crate::dataset::dataset::Dataset;
 use ndarray::Axis;
@@ -22,7 +22,7 @@ pub struct ChannelRange {
     pub stuck: f64,
 }
 
-/// Lowest and highest finite value seen, and how often.
+/// Lowest and highest finite value, and the number of values at each.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Extent {
     min: f32,
@@ -60,12 +60,12 @@ impl Extent {
     }
 }
 
-/// One pass over all values.
-pub(crate) struct Values {
+/// Statistics of all values.
+pub(crate) struct ValueStatistics {
     pub all: Extent,
     pub taxels: Vec<Extent>,
     channels: Vec<Extent>,
-    /// Samples in which each channel keeps one value over time.
+    /// Number of samples in which each channel keeps one value over time.
     stuck: Vec<usize>,
     samples: usize,
     pub nan: usize,
@@ -73,7 +73,7 @@ pub(crate) struct Values {
     pub constant_samples: Vec<usize>,
 }
 
-impl Values {
+impl ValueStatistics {
     pub(crate) fn of(data: &Dataset) -> Self {
         let shape = data.sample_shape();
         let size: usize = shape.iter().product();
@@ -91,7 +91,7 @@ impl Values {
             Layout::Series | Layout::Fingers | Layout::Features => Some(taxel(j)),
             Layout::Image | Layout::Sequence => None,
         };
-        // Four bytes each: of few long recordings these are as large as the recordings.
+        // In four bytes each, since for few long recordings these are as large as the recordings.
         let taxel_of: Vec<u32> = (0..size).map(|j| taxel(j) as u32).collect();
         let channel_of: Vec<u32> = (0..size).map_while(channel).map(|channel| channel as u32).collect();
         let length = |of: &[u32]| of.iter().max().map_or(0, |last| *last as usize + 1);
@@ -126,7 +126,7 @@ impl Values {
                 values.constant_samples.push(row);
             }
             if let (true, Some(sample)) = (has_time, sample.as_slice()) {
-                let stuck = sample.chunks_exact(last).map(|own| own.iter().all(|v| *v == own[0]));
+                let stuck = sample.chunks_exact(last).map(|channel| channel.iter().all(|v| *v == channel[0]));
                 values.stuck.iter_mut().zip(stuck).for_each(|(count, is)| *count += usize::from(is));
             }
         }

@@ -1,15 +1,15 @@
-//! What does not keep a data set from being loaded, but distorts a score.
+//! Warns of properties of a data set that distort a score.
 
 use crate::check::card::{Card, ClassCount};
 use crate::dataset::dataset::Dataset;
 use crate::error::plural;
 
-/// Below this many samples a class cannot fill the usual five folds.
+/// A class of fewer samples cannot fill the usual five folds.
 const FEW: usize = 5;
 /// A largest class this many times the smallest is worth a warning.
 const UNEVEN: usize = 3;
 
-/// What to mind about `data`, whose card is complete but for this; `sets` are its exact copies.
+/// Returns the warnings about `data`, whose card is complete but for them; `sets` are its exact copies.
 pub(crate) fn warnings(card: &Card, data: &Dataset, sets: &[Vec<usize>]) -> Vec<String> {
     let mut warnings = Vec::new();
     of_copies(card, data, sets, &mut warnings);

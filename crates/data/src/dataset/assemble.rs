@@ -1,20 +1,20 @@
-//! From stored arrays to a data set: rows and channels to leave out, labels, groups.
+//! Makes a data set of stored arrays: leaves out rows and channels, checks labels and groups.
 
 use crate::check::duplicates::{contradictory, duplicate_sets, later_copies};
 use crate::dataset::dataset::Dataset;
 use crate::dataset::digest::digest;
 use crate::dataset::labels::Labels;
-use crate::dataset::one_hot::{Columns, settle, unsaid};
-use crate::dataset::problems::{Faults, Problem};
+use crate::dataset::one_hot::{LabelForm, settle, unsaid};
+use crate::dataset::problems::{Problem, Problems};
 use crate::dataset::raw::Raw;
-use crate::dataset::rows::Rows;
+use crate::dataset::rows::RecordingRows;
 use crate::dataset::source::Source;
 use crate::dataset::targets::{Targets, Values};
 use crate::dataset::validate::{
     channels, class_names, gaps, groups, labels, official, one_class, wrong_length,
 };
 use crate::length::lengths::Lengths;
-use crate::length::one_length::{Samples, samples};
+use crate::length::one_length::{EqualSamples, samples};
 use crate::options::{Drop, ReadOptions};
 use crate::{Error, Result};
 use std::collections::HashMap;
@@ -24,21 +24,21 @@ use std::collections::HashMap;
 pub(crate) struct Checked {
     pub dataset: Dataset,
     pub problems: Vec<Problem>,
-    /// What the columns of labels are.
-    pub columns: Columns,
+    /// The form of the labels.
+    pub label_form: LabelForm,
     /// Where recordings are unequal or a rule is given.
     pub lengths: Option<Lengths>,
-    /// Readings of each recording along time, where a rule has made them one length.
+    /// Time steps of each recording, where a rule has made them one length.
     pub readings: Option<Vec<usize>>,
 }
 
 /// Builds the data set; faults of the content are collected, faults of the options end it.
 pub(crate) fn assemble(mut raw: Raw, options: &ReadOptions) -> Result<Checked> {
-    let kind = settle(&mut raw, options);
+    let label_form = settle(&mut raw, options);
     let attribute = attribute(&raw, options)?;
     let channels = channels(&raw, options)?;
-    let mut faults = Faults::default();
-    if kind == Columns::Unsaid {
+    let mut faults = Problems::default();
+    if label_form == LabelForm::Unsaid {
         faults.push(unsaid(&raw));
     }
     let values = raw.values.take();
@@ -53,11 +53,11 @@ pub(crate) fn assemble(mut raw: Raw, options: &ReadOptions) -> Result<Checked> {
     let mut dropped: Vec<String> =
         (0..keep.len()).filter(|row| !keep[*row]).map(|row| raw.origins[row].clone()).collect();
 
-    let mut of_values = Faults::default();
+    let mut of_values = Problems::default();
     let x = std::mem::take(&mut raw.x);
-    let Samples { x, spec, windows, lengths, readings } =
+    let EqualSamples { x, spec, windows, lengths, readings } =
         samples(&raw, x, &kept, channels.as_deref(), options, &mut of_values)?;
-    let rows = Rows::new(&raw, &kept, windows);
+    let rows = RecordingRows::new(&raw, &kept, windows);
     dropped.extend(rows.left_out(&kept).map(|row| raw.origins[row].clone()));
     if values.is_none() {
         gaps(&raw, &table, &rows.recordings, &classes, &mut faults);
@@ -89,26 +89,26 @@ pub(crate) fn assemble(mut raw: Raw, options: &ReadOptions) -> Result<Checked> {
         x,
     };
     dataset.learn_attributes(&options.attributes)?;
-    Ok(Checked { dataset, problems: faults.0, columns: kind, lengths, readings })
+    Ok(Checked { dataset, problems: faults.0, label_form, lengths, readings })
 }
 
 /// Returns the column of labels that is learned, from 0; refuses one that is not there.
 fn attribute(raw: &Raw, options: &ReadOptions) -> Result<usize> {
     let (attribute, columns) = (options.attribute.unwrap_or(0), raw.columns);
     if attribute >= columns {
-        let (file, y, last) = (raw.file.clone(), raw.y_name.clone(), columns - 1);
-        return Err(Error::Attribute { file, attribute, y, columns, last });
+        let held = format!("{} has {columns} columns (0..{})", raw.y_name, columns - 1);
+        return Err(Error::file(&raw.file, format!("attribute = {attribute} is out of range: {held}")));
     }
     Ok(attribute)
 }
 
-/// Returns the labels of all samples as numbers, `[samples, columns]`, and the names of each column; of values those by
-/// which copies are compared, without names.
+/// Returns the labels of all samples as numbers, `[samples, columns]`, and the names of each column. Values get the
+/// numbers by which copies are compared, without names.
 fn numbered(
     raw: &Raw,
     values: Option<&Values>,
     options: &ReadOptions,
-    faults: &mut Faults,
+    faults: &mut Problems,
 ) -> Result<(Vec<u32>, Vec<Vec<String>>)> {
     // Labels for fewer samples may have many columns: too many for all samples.
     if (raw.x.len() as u64).saturating_mul(raw.columns as u64) > options.limits.max_samples {
@@ -122,15 +122,15 @@ fn numbered(
     Ok((table, classes))
 }
 
-/// Returns the classes of the samples in `rows`: those of the column `attribute`, and of all columns where there are
+/// Returns the classes of the samples in `rows`: the labels of the column `attribute`, and all columns where there are
 /// several.
 fn classes_of(
     raw: &Raw,
-    rows: &Rows,
+    rows: &RecordingRows,
     table: &[u32],
     classes: Vec<Vec<String>>,
     attribute: usize,
-    faults: &mut Faults,
+    faults: &mut Problems,
 ) -> Targets {
     let columns = raw.columns;
     let y: Vec<u32> = rows.of(|row| table[row * columns + attribute]);
@@ -142,9 +142,9 @@ fn classes_of(
     Targets::Classes { labels, columns: several }
 }
 
-/// Checks values: one row of finite ones for each sample. Gives each sample the number of its values, equal ones the same,
-/// by which copies are compared.
-fn check_values(raw: &Raw, values: &Values, faults: &mut Faults) -> Result<Vec<u32>> {
+/// Checks that each sample has one row of finite values. Returns a number for each sample by which copies are compared:
+/// equal rows have the same.
+fn check_values(raw: &Raw, values: &Values, faults: &mut Problems) -> Result<Vec<u32>> {
     let (samples, width) = (raw.x.len(), values.quantities().len());
     let given = values.values().len() / width;
     if given != samples {
@@ -164,9 +164,9 @@ fn check_values(raw: &Raw, values: &Values, faults: &mut Faults) -> Result<Vec<u
     Ok(values.values().chunks_exact(width).map(number).collect())
 }
 
-/// What the groups are, and that of each sample. Windows without groups go by their recording: none is trained
-/// on while another of it is tested.
-fn grouped(groups: Option<(String, Vec<u32>)>, rows: &Rows) -> (Option<String>, Option<Vec<u32>>) {
+/// Returns the name of the groups, and the group of each sample. Windows without groups are grouped by recording, so that
+/// no recording is trained on and tested.
+fn grouped(groups: Option<(String, Vec<u32>)>, rows: &RecordingRows) -> (Option<String>, Option<Vec<u32>>) {
     match groups {
         Some((name, values)) => (Some(name), Some(rows.of(|row| values[row]))),
         None if rows.is_cut() => (Some("recording".into()), Some(rows.of(|row| row as u32))),
@@ -174,13 +174,13 @@ fn grouped(groups: Option<(String, Vec<u32>)>, rows: &Rows) -> (Option<String>, 
     }
 }
 
-/// Whether each row stays; copies with different labels are dropped, refused or left, as `options` say.
+/// Says of each row whether it stays; copies with different labels are dropped, refused or kept, as `options` say.
 fn keep(
     raw: &Raw,
     table: &[u32],
     classes: &[Vec<String>],
     options: &ReadOptions,
-    faults: &mut Faults,
+    faults: &mut Problems,
 ) -> Vec<bool> {
     let rows: Vec<&[u32]> = table.chunks(raw.columns).collect();
     let sets = duplicate_sets(&raw.row_hash);
@@ -201,12 +201,14 @@ fn keep(
             let name = name.cloned().unwrap_or_else(|| label.to_string());
             format!("{} ({name})", raw.origins[row])
         };
-        faults.push(Error::Contradiction {
-            file: raw.file.clone(),
-            first: labelled(set[0]),
-            second: labelled(second),
-            rows: torn.iter().map(Vec::len).sum(),
-        });
+        let (first, second) = (labelled(set[0]), labelled(second));
+        let rows: usize = torn.iter().map(Vec::len).sum();
+        faults.push(Error::file(
+            &raw.file,
+            format!(
+                "{first} and {second} are the same recording, {rows} such rows; set drop = [\"contradictory\"]"
+            ),
+        ));
     }
     if options.drop.contains(&Drop::Duplicates) {
         for row in later_copies(&sets, &rows) {
@@ -216,7 +218,7 @@ fn keep(
     keep
 }
 
-/// A scene that was saved and read again is still simulated; everything else is a recording.
+/// Returns the source of the samples: a scene that was saved and read again is still simulated, all else is recorded.
 fn source(raw: &Raw) -> Source {
     match &raw.facts.source {
         Some(scene) if scene.is_simulated() => Source::simulated(format!("{} ({})", scene.name, raw.name)),

@@ -19,22 +19,22 @@ pub struct Dataset {
     pub name: String,
     /// Whether samples were simulated or recorded: stands beside every score.
     pub source: Source,
-    /// What one sample is: axes, shape, unit, rate, range.
+    /// Axes, shape, unit, rate and range of one sample.
     pub spec: SampleSpec,
     /// Samples `[N, ...]` in C order, in the unit of the readings.
     pub x: ArrayD<f32>,
-    /// What is learned of each sample: a class, levels of several attributes (see
+    /// The targets of each sample: a class, levels of several attributes (see
     /// [`learn_attributes`](Self::learn_attributes)), or values.
     pub targets: Targets,
     /// Which samples the data set's authors test on, where they say so.
     pub official: Option<Vec<bool>>,
     /// Group (object, session, block) of each sample.
     pub groups: Option<Vec<u32>>,
-    /// What the groups are, such as `session` or `trial/12`.
+    /// Name of the groups, such as `session` or `trial/12`.
     pub group_name: Option<String>,
-    /// For each sample the index, as read, of the first sample that is an exact copy of it or, where
-    /// [frames are samples](Dataset::each_frame), the first frame of its recording: its unit, which
-    /// [`stratified_k_fold`](crate::stratified_k_fold) keeps in one fold. None where there can be no copies.
+    /// The unit of each sample, which [`stratified_k_fold`](crate::stratified_k_fold) keeps in one fold: the index, as
+    /// read, of the first exact copy or, where [frames are samples](Dataset::each_frame), of the first frame of its
+    /// recording. None where there can be no copies.
     pub units: Option<Vec<u32>>,
     /// Where each sample comes from: its file, `x[17]`, or `fingertip[17]`.
     pub origins: Vec<String>,
@@ -51,22 +51,22 @@ pub struct Dataset {
 }
 
 impl Dataset {
-    /// Number of samples.
+    /// Returns the number of samples.
     pub fn len(&self) -> usize {
         self.targets.len()
     }
 
-    /// Whether there are no samples.
+    /// Checks whether there are no samples.
     pub fn is_empty(&self) -> bool {
         self.targets.is_empty()
     }
 
-    /// Shape of one sample: the axes of `x` after the first.
+    /// Returns the shape of one sample: the axes of `x` after the first.
     pub fn sample_shape(&self) -> &[usize] {
         &self.spec.shape
     }
 
-    /// Returns what splits keep even `[N]`; see [`Targets::strata`].
+    /// Returns the strata `[N]` that splits keep even; see [`Targets::strata`].
     pub fn strata(&self) -> Cow<'_, [u32]> {
         self.targets.strata()
     }
@@ -90,7 +90,7 @@ impl Dataset {
         self.targets.labels().ok_or_else(|| Error::NoLabels { source_name: self.source.to_string() })
     }
 
-    /// Samples per class, in the order of the outputs; of several attributes, samples per level. None of values.
+    /// Counts the samples of each class, or of each level, in the order of the outputs; empty for values.
     pub fn class_counts(&self) -> Vec<usize> {
         let Some(labels) = self.targets.labels() else { return vec![] };
         let mut counts = vec![0; labels.sizes().iter().sum()];
@@ -100,8 +100,8 @@ impl Dataset {
         counts
     }
 
-    /// Positions of a sample's labels among the outputs, one per attribute; of a label that is no class, which
-    /// only a card meets, none.
+    /// Returns the positions of a sample's labels among the outputs, one per attribute. Only a card meets a label that is
+    /// no class: it has none.
     pub(crate) fn outputs(&self, row: usize) -> Vec<usize> {
         let Some(labels) = self.targets.labels() else { return vec![] };
         let mut start = 0;
@@ -113,8 +113,7 @@ impl Dataset {
         places.flatten().collect()
     }
 
-    /// The samples `rows`, in that order; classes without a sample keep their names. The digest is that of
-    /// what is left.
+    /// Returns the samples `rows`, in that order, under a digest of their own. Classes without a sample keep their names.
     ///
     /// # Panics
     ///
@@ -125,13 +124,13 @@ impl Dataset {
         selected
     }
 
-    /// What a bootstrap draws as one, per sample: its group, else its exact copies, else itself.
+    /// Returns the cluster of each sample, which a bootstrap draws as one: its group, else its exact copies, else itself.
     pub fn clusters(&self) -> Vec<u32> {
-        let own = || (0..self.len() as u32).collect();
-        self.groups.clone().or_else(|| self.units.clone()).unwrap_or_else(own)
+        let each = || (0..self.len() as u32).collect();
+        self.groups.clone().or_else(|| self.units.clone()).unwrap_or_else(each)
     }
 
-    /// Refuses samples of one class, which nothing can be told apart from.
+    /// Refuses samples that are all of one class.
     ///
     /// # Errors
     ///
@@ -146,7 +145,7 @@ impl Dataset {
         }
     }
 
-    /// Takes the axes of a sample for others, where a file does not say what they are.
+    /// Says what the axes of a sample are, where a file does not.
     ///
     /// # Errors
     ///
@@ -157,7 +156,7 @@ impl Dataset {
         Ok(())
     }
 
-    /// The samples `rows`, under the digest of all samples.
+    /// Returns the samples `rows`, under the digest of all samples.
     pub(crate) fn rows(&self, rows: &[usize]) -> Self {
         let take = |values: &Vec<u32>| rows.iter().map(|&row| values[row]).collect::<Vec<_>>();
         Self {
@@ -189,8 +188,8 @@ impl Dataset {
 
 /// Refuses a layout that samples of this shape cannot have; `at` says who wants it.
 pub(crate) fn refuse_layout(at: &str, layout: Layout, shape: &[usize]) -> Result<()> {
-    match layout.fits(shape) {
-        true => Ok(()),
-        false => Err(Error::Layout { at: at.into(), layout, shape: shape.to_vec() }),
+    if layout.fits(shape) {
+        return Ok(());
     }
+    Err(Error::Layout { at: at.into(), layout, shape: shape.to_vec() })
 }

@@ -12,7 +12,7 @@ pub(crate) fn hash_row(row: &[f32]) -> RowHash {
     hash_values(row.iter().copied())
 }
 
-/// [`hash_row`] of values that need not lie in memory.
+/// Hashes one sample whose values need not lie in memory.
 pub(crate) fn hash_values(values: impl Iterator<Item = f32>) -> RowHash {
     let mut hasher = blake3::Hasher::new();
     hash_words(&mut hasher, values.map(|v| (v + 0.0).to_le_bytes()));
@@ -28,12 +28,12 @@ pub(crate) fn hash_rows(x: &ArrayD<f32>) -> Vec<RowHash> {
     values.chunks_exact(values.len() / x.shape()[0]).map(hash_row).collect()
 }
 
-/// BLAKE3 of samples alone, for those that no data set holds.
+/// Returns the BLAKE3 of samples that no data set holds.
 pub fn digest_of(x: &ArrayD<f32>) -> String {
     content(x, &[], &[], None)
 }
 
-/// BLAKE3 of samples, targets and groups.
+/// Returns the BLAKE3 of samples, targets and groups.
 pub(crate) fn digest(x: &ArrayD<f32>, targets: &Targets, groups: Option<&[u32]>) -> String {
     let words = |columns: &Labels| columns.values().iter().map(|v| v.to_le_bytes()).collect::<Vec<_>>();
     let columns = match targets {
@@ -47,7 +47,7 @@ pub(crate) fn digest(x: &ArrayD<f32>, targets: &Targets, groups: Option<&[u32]>)
     content(x, &targets.strata(), groups.unwrap_or(&[]), columns)
 }
 
-/// BLAKE3 of the content, each part preceded by its length; `columns` are all targets where a sample has several.
+/// Returns the BLAKE3 of the content, each part after its length; `columns` are all targets where a sample has several.
 fn content(x: &ArrayD<f32>, y: &[u32], groups: &[u32], columns: Option<(usize, Vec<[u8; 4]>)>) -> String {
     let mut hasher = blake3::Hasher::new();
     let len = |hasher: &mut blake3::Hasher, n: usize| {

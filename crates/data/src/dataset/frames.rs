@@ -7,19 +7,20 @@ use crate::dataset::dataset::Dataset;
 use crate::{Error, Result};
 
 impl Dataset {
-    /// Samples `[N, frames, rows, columns]` as `[N * frames, rows, columns]`, frame after frame of recording after
-    /// recording: what methods for single images learn from and are tested on (paper 003, section 4.2).
+    /// Takes samples `[N, frames, rows, columns]` apart into `[N * frames, rows, columns]`, frame after frame of recording
+    /// after recording, for methods for single images (paper 003, section 4.2).
     ///
     /// The frames of a recording are one [unit](Dataset::units), and where there are no groups one group: splits keep them
     /// together, and a bootstrap draws them together.
     ///
     /// # Errors
     ///
-    /// [`Error::Frames`] where samples are no sequences of frames.
+    /// Samples that are no sequences of frames.
     pub fn each_frame(mut self) -> Result<Self> {
         let (Layout::Sequence, &[frames, height, width]) = (self.spec.layout, &self.spec.shape[..]) else {
-            let (name, layout) = (self.name, self.spec.layout);
-            return Err(Error::Frames { name, layout, shape: self.spec.shape });
+            let (what, shape) = (self.spec.layout.describe(), &self.spec.shape);
+            let why = format!("a sample of shape {shape:?} is {what}, and has no frames to take apart");
+            return Err(Error::file(self.name, why));
         };
         let recordings = self.len();
         // All but the values, which stay where they are.
@@ -27,7 +28,7 @@ impl Dataset {
         self.row_hash = vec![];
         let recording = |row: usize| row / frames;
         let rows: Vec<usize> = (0..recordings * frames).map(recording).collect();
-        let first = |own: u32| own * frames as u32;
+        let first = |recording: u32| recording * frames as u32;
         let units = self.units.take().unwrap_or_else(|| (0..recordings as u32).collect());
         self.units = Some(units.into_iter().map(first).collect());
         let mut each = self.rows(&rows);

@@ -1,4 +1,4 @@
-//! What of the labels is learned: the class, several attributes, or some of the classes.
+//! Chooses the labels to learn: the class, several attributes, or some of the classes.
 
 use crate::dataset::dataset::Dataset;
 use crate::dataset::labels::{Attribute, Labels};

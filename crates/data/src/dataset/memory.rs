@@ -1,4 +1,4 @@
-//! A data set from arrays in memory.
+//! Makes a data set of arrays in memory.
 
 use crate::check::duplicates;
 use crate::dataset::dataset::{Dataset, refuse_layout};
@@ -13,7 +13,7 @@ use ndarray::{ArrayD, Dimension};
 use taxel_base::Layout;
 
 impl Dataset {
-    /// Samples in memory: `x` `[N, ..]`, its further axes those of `layout`, and one class name per sample.
+    /// Takes samples `x` `[N, ..]`, whose further axes are those of `layout`, and one class name per sample.
     /// Names that are numbers are sorted by value, words by the alphabet: their positions are the labels.
     ///
     /// The same samples and labels in a `.npz` have the same digest.
@@ -79,13 +79,13 @@ impl Dataset {
         Ok(self)
     }
 
-    /// Says what the unit of the readings is.
+    /// Says the unit of the values.
     pub fn with_unit(mut self, unit: &str) -> Self {
         self.spec.unit = Some(unit.into());
         self
     }
 
-    /// Says how many readings there are per second (Hz).
+    /// Says how many time steps there are per second (Hz).
     ///
     /// # Errors
     ///
@@ -96,7 +96,7 @@ impl Dataset {
         Ok(self)
     }
 
-    /// Says what the largest possible reading is.
+    /// Says the largest possible value.
     ///
     /// # Errors
     ///
@@ -107,7 +107,7 @@ impl Dataset {
         Ok(self)
     }
 
-    /// Says what is read without contact: one value for all, or one per channel.
+    /// Says the values without contact: one for all, or one per channel.
     pub fn with_rest(mut self, rest: Vec<f32>) -> Self {
         self.spec.rest = Some(rest);
         self
@@ -128,13 +128,11 @@ impl Dataset {
     }
 
     fn refuse_fact(&self, key: &'static str, value: f64) -> Result<()> {
-        match value > 0.0 && value.is_finite() {
-            true => Ok(()),
-            false => {
-                let (at, wanted) = (self.name.clone(), "not a number above 0".into());
-                Err(Error::Fact { at, key, value: value.to_string(), wanted })
-            }
+        if value > 0.0 && value.is_finite() {
+            return Ok(());
         }
+        let (at, wanted) = (self.name.clone(), "not a number above 0".into());
+        Err(Error::Fact { at, key, value: value.to_string(), wanted })
     }
 }
 

@@ -4,54 +4,60 @@ use crate::dataset::raw::{Names, Raw};
 use crate::error::Error;
 use crate::options::ReadOptions;
 
-/// What the columns of labels are.
+/// The meaning of the columns of labels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Columns {
+pub(crate) enum LabelForm {
     /// One label per sample.
     One,
-    /// They were one per class; the labels are class numbers now.
+    /// One column per class; the labels are class numbers now.
     OneHot,
-    /// One per attribute, as somebody says.
+    /// One column per attribute, as options or a file of names say.
     Attributes,
-    /// Nobody says, and they are not one-hot.
+    /// Several columns that are not one-hot, of which nothing is said.
     Unsaid,
 }
 
-/// Says what the columns of `raw.y` are and turns one-hot rows into class numbers. Whoever speaks of attributes,
-/// in the options or by one list of names per column, has attributes.
-pub(crate) fn settle(raw: &mut Raw, options: &ReadOptions) -> Columns {
+/// Finds the form of the labels and turns one-hot rows into class numbers. LabelForm are attributes where the options say
+/// so, or a file with one list of names per column.
+pub(crate) fn settle(raw: &mut Raw, options: &ReadOptions) -> LabelForm {
     let columns = raw.columns;
     if columns == 1 {
-        return Columns::One;
+        return LabelForm::One;
     }
     let lists = raw.names.as_ref().filter(|names| names.columns.len() > 1);
-    if lists.is_some_and(|names| names.is_told)
+    if lists.is_some_and(|names| names.is_given)
         || options.attribute.is_some()
         || !options.attributes.is_empty()
     {
-        return Columns::Attributes;
+        return LabelForm::Attributes;
     }
     if lists.is_some() {
         // Texts, or numbers from 1: a column of zeros and ones has no names.
-        return Columns::Unsaid;
+        return LabelForm::Unsaid;
     }
     let class = |row: &[i64]| {
         let one = row.iter().position(|value| *value == 1)?;
         (row.iter().filter(|value| **value != 0).count() == 1).then_some(one as i64)
     };
     let classes: Option<Vec<i64>> = raw.y.chunks_exact(columns).map(class).collect();
-    let Some(classes) = classes.filter(|classes| !classes.is_empty()) else { return Columns::Unsaid };
+    let Some(classes) = classes.filter(|classes| !classes.is_empty()) else { return LabelForm::Unsaid };
     raw.y = classes;
     raw.columns = 1;
     if raw.names.is_none() {
         let numbers = (0..columns).map(|class| class.to_string()).collect();
-        raw.names = Some(Names { file: raw.y_name.clone(), columns: vec![numbers], is_told: false });
+        raw.names = Some(Names { file: raw.y_name.clone(), columns: vec![numbers], is_given: false });
     }
-    Columns::OneHot
+    LabelForm::OneHot
 }
 
-/// The error for columns of which nobody says what they are.
+/// Refuses columns that are neither one-hot nor said to be attributes.
 pub(crate) fn unsaid(raw: &Raw) -> Error {
-    let (file, y) = (raw.file.clone(), raw.y_name.clone());
-    Error::Columns { file, y, columns: raw.columns, last: raw.columns - 1 }
+    let (y, columns, last) = (&raw.y_name, raw.columns, raw.columns - 1);
+    Error::file(
+        &raw.file,
+        format!(
+            "{y} has {columns} columns that are not one-hot; choose one with attribute = N (0..{last}), or name them \
+             all to learn several attributes: attributes = [\"...\", \"...\"]"
+        ),
+    )
 }

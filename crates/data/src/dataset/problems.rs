@@ -1,8 +1,8 @@
-//! What is wrong with the content of a data set, each kind of fault once.
+//! Problems of a data set's content, each kind once.
 
 use crate::Error;
 
-/// One kind of fault: its first occurrence and how often it occurs.
+/// One kind of problem: its first occurrence and how often it occurs.
 #[derive(Debug)]
 pub(crate) struct Problem {
     pub first: Error,
@@ -19,16 +19,16 @@ impl std::fmt::Display for Problem {
     }
 }
 
-/// Collects faults.
+/// Collects problems.
 #[derive(Default)]
-pub(crate) struct Faults(pub Vec<Problem>);
+pub(crate) struct Problems(pub Vec<Problem>);
 
-impl Faults {
+impl Problems {
     pub fn push(&mut self, first: Error) {
         self.0.push(Problem { first, count: 1 });
     }
 
-    /// Adds one more of the kind that `seen` remembers; only the first is written out.
+    /// Counts one more problem of the kind that `seen` remembers; only the first is written out.
     pub fn more(&mut self, seen: &mut Option<usize>, error: impl FnOnce() -> Error) {
         match *seen {
             Some(at) => self.0[at].count += 1,

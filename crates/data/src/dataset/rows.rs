@@ -1,4 +1,4 @@
-//! Which recording each sample of a data set is, or is a window of.
+//! The recording that each sample of a data set is, or is a window of.
 
 use crate::check::duplicates::units;
 use crate::dataset::digest::RowHash;
@@ -6,17 +6,17 @@ use crate::dataset::raw::Raw;
 use std::collections::HashSet;
 
 /// The recording of each sample.
-pub(crate) struct Rows {
+pub(crate) struct RecordingRows {
     /// As read.
     pub recordings: Vec<usize>,
-    /// First reading of each, where samples are windows.
+    /// First time step of each, where samples are windows.
     starts: Option<Vec<usize>>,
     /// Of each recording.
     hashes: Vec<RowHash>,
 }
 
-impl Rows {
-    /// The `kept` recordings, or `windows` of them: position in `kept`, first reading.
+impl RecordingRows {
+    /// Takes the `kept` recordings, or `windows` of them: position in `kept`, first time step.
     pub fn new(raw: &Raw, kept: &[usize], windows: Option<Vec<(usize, usize)>>) -> Self {
         let (recordings, starts) = match windows {
             None => (kept.to_vec(), None),
@@ -28,28 +28,28 @@ impl Rows {
         Self { hashes: recordings.iter().map(|row| raw.row_hash[*row]).collect(), recordings, starts }
     }
 
-    /// Whether samples are windows.
+    /// Checks whether samples are windows.
     pub fn is_cut(&self) -> bool {
         self.starts.is_some()
     }
 
-    /// What is known of each sample's recording.
-    pub fn of<T>(&self, own: impl Fn(usize) -> T) -> Vec<T> {
-        self.recordings.iter().map(|row| own(*row)).collect()
+    /// Returns a value of each sample's recording.
+    pub fn of<T>(&self, value: impl Fn(usize) -> T) -> Vec<T> {
+        self.recordings.iter().map(|row| value(*row)).collect()
     }
 
-    /// Those of `kept` without a sample.
+    /// Lists the recordings of `kept` without a sample.
     pub fn left_out<'k>(&self, kept: &'k [usize]) -> impl Iterator<Item = usize> + use<'k> {
         let held: HashSet<usize> = self.recordings.iter().copied().collect();
         kept.iter().copied().filter(move |row| !held.contains(row))
     }
 
-    /// For each sample the first sample of its recording or of an exact copy of that.
+    /// Returns for each sample the first sample of its recording or of an exact copy of that.
     pub fn units(&self) -> Vec<u32> {
         units(&self.hashes)
     }
 
-    /// Where each sample comes from: `take1.csv`, or as a window `take1.csv[300..]`.
+    /// Names the origin of each sample: `take1.csv`, or as a window `take1.csv[300..]`.
     pub fn origins(&self, raw: &Raw) -> Vec<String> {
         let origin = |(i, row): (usize, &usize)| match &self.starts {
             None => raw.origins[*row].clone(),
@@ -58,16 +58,16 @@ impl Rows {
         self.recordings.iter().enumerate().map(origin).collect()
     }
 
-    /// Fingerprint of each sample: windows are copies where they are the same part of equal recordings.
+    /// Returns the fingerprint of each sample: windows are copies where they are the same part of equal recordings.
     pub fn hashes(self) -> Vec<RowHash> {
         let Some(starts) = self.starts else { return self.hashes };
-        let own = |(hash, start): (&RowHash, &usize)| {
+        let of_window = |(hash, start): (&RowHash, &usize)| {
             let mut both = hash.to_vec();
             both.extend((*start as u64).to_le_bytes());
             let mut short = RowHash::default();
             short.copy_from_slice(&blake3::hash(&both).as_bytes()[..16]);
             short
         };
-        self.hashes.iter().zip(&starts).map(own).collect()
+        self.hashes.iter().zip(&starts).map(of_window).collect()
     }
 }

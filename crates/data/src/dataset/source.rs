@@ -1,4 +1,4 @@
-//! Where samples come from: a simulated world or a sensor.
+//! The source of samples: a simulated world or a sensor.
 
 use crate::Error;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -15,8 +15,8 @@ pub enum SourceKind {
     Real,
 }
 
-/// Where samples come from; prints and serialises as `simulated: fingertip` or `real: glove`, and stands
-/// beside every score.
+/// The source of samples, which stands beside every score; prints and serialises as `simulated: fingertip` or
+/// `real: glove`.
 ///
 /// ```
 /// use taxel_data::Source;
@@ -35,24 +35,24 @@ pub struct Source {
 }
 
 impl Source {
-    /// Recorded samples of a data set.
+    /// Names a recorded data set.
     pub fn real(name: impl Into<String>) -> Self {
         Self { kind: SourceKind::Real, name: name.into() }
     }
 
-    /// Samples of a simulated world.
+    /// Names a simulated world.
     pub fn simulated(name: impl Into<String>) -> Self {
         Self { kind: SourceKind::Simulated, name: name.into() }
     }
 
-    /// Whether samples were simulated.
+    /// Checks whether samples were simulated.
     pub fn is_simulated(&self) -> bool {
         self.kind == SourceKind::Simulated
     }
 }
 
 impl SourceKind {
-    /// What a source of this kind begins with.
+    /// Returns the words that a source of this kind begins with.
     fn prefix(self) -> &'static str {
         match self {
             Self::Simulated => "simulated: ",

@@ -1,57 +1,39 @@
-//! What one sample of a file is: by the options, the file's own words, the format, or a guess.
+//! Finds the description of the samples of a file: from the options, the file of names, the format, or by a guess.
 
+use crate::Result;
 use crate::dataset::dataset::refuse_layout;
 use crate::dataset::raw::Raw;
 use crate::dataset::sample_spec::SampleSpec;
 use crate::length::length::Length;
-use crate::options::ReadOptions;
-use crate::{Error, Result};
+use crate::options::{ReadOptions, refuse_set};
 use taxel_base::Layout;
 
-/// What the axes of a sample of `shape` are, the channels that are used. Of two words the first of these
-/// counts:
+/// Returns the axes of a sample of `shape`, with the channels that are used. The first of these counts:
 ///
 /// 1. [`ReadOptions::layout`];
 /// 2. the file of class names: `layout`;
 /// 3. the format: a CSV file and a file of the UCR archive hold a series, an image file an image, grey or in
 ///    colour, as long as all its planes are used;
 /// 4. a guess from rank and type, since arrays do not say what their axes are: [`guess`].
-pub(crate) fn layout_of(raw: &Raw, told: Option<Layout>, shape: &[usize]) -> Result<Layout> {
-    if let Some(layout) = told {
+pub(crate) fn layout_of(raw: &Raw, given: Option<Layout>, shape: &[usize]) -> Result<Layout> {
+    if let Some(layout) = given {
         refuse_layout(&raw.file, layout, shape)?;
     } else if let Some(layout) = raw.facts.layout {
         refuse_layout(&raw.facts.file, layout, shape)?;
     }
-    Ok(likeliest(told, raw.facts.layout, raw.format, &raw.dtype, shape))
+    Ok(likeliest_layout([given, raw.facts.layout, raw.format], &raw.dtype, shape))
 }
 
-/// The axis along which samples may differ in length: time, whatever says what the axes are.
-pub(crate) fn time_axis(
-    told: Option<Layout>,
-    fact: Option<Layout>,
-    format: Option<Layout>,
-    dtype: &str,
-    shape: &[usize],
-) -> Option<usize> {
-    likeliest(told, fact, format, dtype, shape).time_axis()
+/// Returns the first layout of options, file of names and format that fits the shape, or else a guess.
+pub(crate) fn likeliest_layout(given: [Option<Layout>; 3], dtype: &str, shape: &[usize]) -> Layout {
+    let fitting = given.into_iter().flatten().find(|layout| layout.fits(shape));
+    fitting.unwrap_or_else(|| guess(shape.len(), dtype))
 }
 
-/// The first of these that fits, or else a guess.
-fn likeliest(
-    told: Option<Layout>,
-    fact: Option<Layout>,
-    format: Option<Layout>,
-    dtype: &str,
-    shape: &[usize],
-) -> Layout {
-    let said = [told, fact, format].into_iter().flatten().find(|layout| layout.fits(shape));
-    said.unwrap_or_else(|| guess(shape.len(), dtype))
-}
-
-/// What a sample of `shape` is, whose recordings had these `lengths` before the rule.
+/// Describes a sample of `shape` whose recordings had these `lengths` before the rule.
 ///
-/// Resampling changes the rate: `to` readings take the time of the recording. It is known where all recordings
-/// are equally long, and no one number otherwise.
+/// Resampling changes the rate: `to` time steps take the time of the recording. The new rate is known only where all
+/// recordings are equally long.
 pub(crate) fn spec_of(
     raw: &Raw,
     options: &ReadOptions,
@@ -60,15 +42,13 @@ pub(crate) fn spec_of(
     rule: Option<Length>,
     lengths: &[usize],
 ) -> Result<SampleSpec> {
-    if options.rate.is_some_and(|rate| !(rate > 0.0 && rate.is_finite())) {
-        let (file, why) = (raw.file.clone(), "is in readings per second (Hz), above 0");
-        return Err(Error::Option { file, option: "rate", why });
-    }
+    let is_no_rate = options.rate.is_some_and(|rate| !(rate > 0.0 && rate.is_finite()));
+    refuse_set(&raw.file, &[("rate", is_no_rate)], "is in readings per second (Hz), above 0")?;
     let recorded = options.rate.or(raw.facts.rate);
     let rate = match (rule, lengths) {
         (Some(Length::Resample { to }), [length, ..]) => {
-            let is_one = *length > 1 && lengths.iter().all(|own| own == length);
-            recorded.filter(|_| is_one).map(|rate| rate * (to - 1) as f64 / (*length - 1) as f64)
+            let is_equal = *length > 1 && lengths.iter().all(|other| other == length);
+            recorded.filter(|_| is_equal).map(|rate| rate * (to - 1) as f64 / (*length - 1) as f64)
         }
         _ => recorded,
     };
@@ -85,8 +65,8 @@ pub(crate) fn spec_of(
     })
 }
 
-/// The usual axes of so many: features, channels over time, an array of taxels over time; bytes on two axes
-/// are an image.
+/// Guesses the axes of a sample: features, channels over time, an array of taxels over time; bytes on two axes are an
+/// image.
 fn guess(rank: usize, dtype: &str) -> Layout {
     match rank {
         1 => Layout::Features,

@@ -1,4 +1,4 @@
-//! Targets: what is learned of each sample, and the task that they pose.
+//! Targets of the samples, and the task that they pose.
 
 use crate::dataset::labels::{Attribute, Labels};
 use serde::{Deserialize, Serialize};
@@ -14,12 +14,12 @@ const STRATA: usize = 10;
 pub struct Quantity {
     /// `force`.
     pub name: String,
-    /// `N`, where somebody says so.
+    /// `N`, where it is known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
 }
 
-/// What is learned, apart from the samples: it names the outputs of a model.
+/// The task of a data set: it names the outputs of a model.
 ///
 /// A task goes with the data set, the results of a run and the card of a model.
 ///
@@ -84,9 +84,11 @@ impl TryFrom<Written> for Task {
 
 /// Names of the outputs of several attributes: `elasticity:soft`.
 fn level_names(attributes: &[Attribute]) -> Vec<String> {
-    let of_one =
-        |own: &Attribute| own.classes.iter().map(|level| format!("{}:{level}", own.name)).collect::<Vec<_>>();
-    attributes.iter().flat_map(of_one).collect()
+    let levels = |attribute: &Attribute| {
+        let name = &attribute.name;
+        attribute.classes.iter().map(|level| format!("{name}:{level}")).collect::<Vec<_>>()
+    };
+    attributes.iter().flat_map(levels).collect()
 }
 
 impl Task {
@@ -94,7 +96,7 @@ impl Task {
     pub fn outputs(&self) -> usize {
         match self {
             Task::Classes(classes) => classes.len(),
-            Task::Levels(attributes) => attributes.iter().map(|own| own.classes.len()).sum(),
+            Task::Levels(attributes) => attributes.iter().map(|attribute| attribute.classes.len()).sum(),
             Task::Values(quantities) => quantities.len(),
         }
     }
@@ -104,7 +106,7 @@ impl Task {
         match self {
             Task::Classes(classes) => classes.clone(),
             Task::Levels(attributes) => level_names(attributes),
-            Task::Values(quantities) => quantities.iter().map(|own| own.name.clone()).collect(),
+            Task::Values(quantities) => quantities.iter().map(|quantity| quantity.name.clone()).collect(),
         }
     }
 
@@ -125,7 +127,7 @@ impl Task {
         }
     }
 
-    /// Returns what the outputs are called together: `classes`, `levels` or `quantities`.
+    /// Returns the plural noun of the outputs: `classes`, `levels` or `quantities`.
     pub fn noun(&self) -> &'static str {
         match self {
             Task::Classes(_) => "classes",
@@ -180,7 +182,7 @@ impl Values {
     }
 }
 
-/// What is learned of each sample.
+/// The targets of the samples.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Targets {
     /// One class for each sample.
@@ -249,8 +251,8 @@ impl Targets {
         }
     }
 
-    /// Returns what splits keep even, per sample: its class, the combination of its levels in ascending order, or the
-    /// part of the first quantity's range that it lies in.
+    /// Returns the stratum of each sample, which splits keep even: its class, the combination of its levels in ascending
+    /// order, or the part of the first quantity's range that it lies in.
     pub fn strata(&self) -> Cow<'_, [u32]> {
         match self {
             Targets::Classes { labels, .. } => labels.values().into(),
@@ -314,7 +316,7 @@ mod tests {
         let rising: Vec<f32> = (0..40).map(|i| (39 - i) as f32).collect();
         let strata = values(&rising).strata().into_owned();
         assert_eq!((strata[0], strata[39]), (9, 0));
-        assert!((0..10).all(|part| strata.iter().filter(|own| **own == part).count() == 4));
+        assert!((0..10).all(|part| strata.iter().filter(|stratum| **stratum == part).count() == 4));
         assert_eq!(*values(&[2.0, 2.0, 2.0, 5.0]).strata(), [0, 0, 0, 1]);
     }
 

@@ -1,40 +1,39 @@
-//! Checks of stored arrays: labels, groups, channels, values.
+//! Checks stored arrays: labels, groups, channels, values.
 
-use crate::dataset::problems::Faults;
+use crate::dataset::problems::Problems;
 use crate::dataset::raw::{Names, Raw};
 use crate::length::ragged::Ragged;
-use crate::options::ReadOptions;
+use crate::options::{ReadOptions, refuse_set};
 use crate::{Error, Result};
 
 /// Label of a row whose stored label is unusable; only inside a card.
 const NO_LABEL: u32 = u32::MAX;
 
-/// The channels to keep; none for all of them.
+/// Returns the channels to keep; none for all of them.
 pub(crate) fn channels(raw: &Raw, options: &ReadOptions) -> Result<Option<Vec<usize>>> {
     let Some(channels) = &options.channels else {
         return Ok(None);
     };
-    let file = raw.file.clone();
+    let refuse = |why: String| Err(Error::file(&raw.file, format!("channels{why}")));
     if channels.is_empty() {
-        return Err(Error::NoChannels { file });
+        return refuse(" = []: name at least one channel, or leave the key out".into());
     }
     let shape = raw.x.shape();
     let mut seen = vec![false; shape[1]];
     for channel in channels {
         match seen.get_mut(*channel) {
             None => {
-                return Err(Error::ChannelRange { file, channel: *channel, last: shape[1] - 1, shape });
+                let last = shape[1] - 1;
+                return refuse(format!(": {channel} is out of range: axis 1 of {shape:?} has 0..{last}"));
             }
-            Some(true) => {
-                return Err(Error::ChannelTwice { file, channel: *channel });
-            }
+            Some(true) => return refuse(format!(": {channel} is listed twice; name each channel once")),
             Some(seen) => *seen = true,
         }
     }
     Ok(Some(channels.clone()))
 }
 
-/// How a label is written in a message: `y[17]` or `y[17, 2]`.
+/// Names a label in messages: `y[17]` or `y[17, 2]`.
 fn label_at(raw: &Raw, row: usize, column: usize) -> String {
     match raw.columns {
         1 => format!("{}[{row}]", raw.y_name),
@@ -42,14 +41,14 @@ fn label_at(raw: &Raw, row: usize, column: usize) -> String {
     }
 }
 
-/// The names of one column, if the file of names fits the labels.
+/// Returns the names of one column, if the file of names fits the labels.
 fn names_of(raw: &Raw, column: usize) -> Option<(&Names, &Vec<String>)> {
     let names = raw.names.as_ref()?;
     let fits = names.columns.len() == raw.columns;
     names.columns.get(column).filter(|_| fits).map(|list| (names, list))
 }
 
-/// `array` has `len` values in place of one per sample.
+/// Refuses an array that has `len` values in place of one per sample.
 pub(crate) fn wrong_length(raw: &Raw, array: &str, len: usize) -> Error {
     Error::Length {
         file: raw.file.clone(),
@@ -60,47 +59,44 @@ pub(crate) fn wrong_length(raw: &Raw, array: &str, len: usize) -> Error {
     }
 }
 
-/// All labels `[N * columns]`, unusable ones as [`NO_LABEL`].
-pub(crate) fn labels(raw: &Raw, faults: &mut Faults) -> Vec<u32> {
+/// Returns all labels `[N * columns]`, unusable ones as [`NO_LABEL`].
+pub(crate) fn labels(raw: &Raw, faults: &mut Problems) -> Vec<u32> {
     let (samples, columns) = (raw.x.len(), raw.columns);
     if raw.y.len() != samples * columns {
         faults.push(wrong_length(raw, &raw.y_name, raw.y.len() / raw.columns));
     }
     if let Some(names) = raw.names.as_ref().filter(|n| n.columns.len() != columns) {
-        faults.push(Error::LabelsForm {
-            file: names.file.clone(),
-            why: format!("names {} columns of labels, but {} has {columns}", names.columns.len(), raw.y_name),
-        });
+        let why =
+            format!("names {} columns of labels, but {} has {columns}", names.columns.len(), raw.y_name);
+        faults.push(Error::labels_form(&names.file, why));
     }
     let mut table = vec![NO_LABEL; samples * columns];
     let (mut negative, mut range) = (None, None);
     for (i, (label, value)) in table.iter_mut().zip(&raw.y).enumerate() {
         let (row, column, value) = (i / columns, i % columns, *value);
-        let file = || raw.file.clone();
         let named = names_of(raw, column);
         // Without names there are at most as many classes as samples, or there is a gap.
         let classes = named.map_or(samples, |(_, list)| list.len());
         if value < 0 {
-            let error = || Error::NegativeLabel { file: file(), at: label_at(raw, row, column), value };
-            faults.more(&mut negative, error);
+            faults.more(&mut negative, || {
+                let at = label_at(raw, row, column);
+                Error::file(&raw.file, format!("{at} = {value} is negative; number the classes from 0"))
+            });
         } else if value < classes as i64 {
             *label = value as u32;
         } else if let Some((names, list)) = named {
-            let error = || Error::LabelRange {
-                file: file(),
-                at: label_at(raw, row, column),
-                value,
-                names: names.file.clone(),
-                classes: list.len(),
-                last: list.len().saturating_sub(1),
-            };
-            faults.more(&mut range, error);
+            faults.more(&mut range, || {
+                let (at, classes, last) =
+                    (label_at(raw, row, column), list.len(), list.len().saturating_sub(1));
+                let named = format!("{} names {classes} classes (0..{last})", names.file);
+                Error::file(&raw.file, format!("{at} = {value} is out of range: {named}"))
+            });
         }
     }
     table
 }
 
-/// Names of each column's labels; numbers where no file names them.
+/// Returns the names of each column's labels; numbers where no file names them.
 pub(crate) fn class_names(raw: &Raw, table: &[u32]) -> Vec<Vec<String>> {
     let column_names = |column: usize| match names_of(raw, column) {
         Some((_, list)) => list.clone(),
@@ -117,8 +113,8 @@ pub(crate) fn class_names(raw: &Raw, table: &[u32]) -> Vec<Vec<String>> {
     (0..raw.columns).map(column_names).collect()
 }
 
-/// Every class must have a sample, or its output is never trained.
-pub(crate) fn gaps(raw: &Raw, table: &[u32], kept: &[usize], classes: &[Vec<String>], faults: &mut Faults) {
+/// Refuses classes without a sample: their output would never be trained.
+pub(crate) fn gaps(raw: &Raw, table: &[u32], kept: &[usize], classes: &[Vec<String>], faults: &mut Problems) {
     for (column, names) in classes.iter().enumerate() {
         let (mut stored, mut left) = (vec![false; names.len()], vec![false; names.len()]);
         let label = |row: usize| table[row * raw.columns + column] as usize;
@@ -135,47 +131,38 @@ pub(crate) fn gaps(raw: &Raw, table: &[u32], kept: &[usize], classes: &[Vec<Stri
         let mut empty = None;
         for (label, name) in names.iter().enumerate().filter(|(label, _)| !left[*label]) {
             let named = names_of(raw, column).is_some();
-            let error = || Error::EmptyClass {
-                file: raw.file.clone(),
-                at: match raw.columns {
-                    1 => raw.y_name.clone(),
-                    _ => format!("{}[:, {column}]", raw.y_name),
-                },
-                label,
-                name: if named { format!(" ({name})") } else { String::new() },
-                hint: match (stored[label], named) {
+            faults.more(&mut empty, || {
+                let y = &raw.y_name;
+                let at = if raw.columns == 1 { y.clone() } else { format!("{y}[:, {column}]") };
+                let name = if named { format!(" ({name})") } else { String::new() };
+                let hint = match (stored[label], named) {
                     (true, _) => "all of them were dropped: drop less or remove the class",
                     (false, true) => "record some or remove its name",
                     (false, false) => "number the classes from 0 without gaps",
-                },
-            };
-            faults.more(&mut empty, error);
+                };
+                Error::file(&raw.file, format!("no sample in {at} has label {label}{name}; {hint}"))
+            });
         }
     }
 }
 
-/// Samples of one class say nothing about another.
-pub(crate) fn one_class(raw: &Raw, classes: &[String], y: &[u32], faults: &mut Faults) {
-    // A label out of range is a fault of its own.
+/// Refuses samples that are all of one class.
+pub(crate) fn one_class(raw: &Raw, classes: &[String], y: &[u32], faults: &mut Problems) {
+    // A label out of range has been refused already.
     let Some(class) = y.first().and_then(|label| classes.get(*label as usize)) else { return };
     if y.iter().all(|label| *label == y[0]) {
         faults.push(Error::OneClass { file: raw.file.clone(), class: class.clone() });
     }
 }
 
-/// The group of each sample and what the groups are.
+/// Returns the name of the groups, and the group of each sample.
 pub(crate) fn groups(
     raw: &Raw,
     options: &ReadOptions,
-    faults: &mut Faults,
+    faults: &mut Problems,
 ) -> Result<Option<(String, Vec<u32>)>> {
-    if options.group_block == Some(0) {
-        return Err(Error::Option {
-            file: raw.file.clone(),
-            option: "group_block",
-            why: "is the number of consecutive values in a block, from 1",
-        });
-    }
+    let why = "is the number of consecutive values in a block, from 1";
+    refuse_set(&raw.file, &[("group_block", options.group_block == Some(0))], why)?;
     let Some((name, values)) = &raw.groups else {
         return Ok(None);
     };
@@ -193,9 +180,10 @@ pub(crate) fn groups(
             None => i128::from(*value),
         };
         groups.push(u32::try_from(group).unwrap_or_else(|_| {
-            let error =
-                || Error::GroupRange { file: raw.file.clone(), at: format!("{name}[{row}]"), value: *value };
-            faults.more(&mut range, error);
+            faults.more(&mut range, || {
+                let why = "is not a group number (0..4294967295); use group_block";
+                Error::file(&raw.file, format!("{name}[{row}] = {value} {why}"))
+            });
             u32::MAX
         }));
     }
@@ -206,8 +194,8 @@ pub(crate) fn groups(
     Ok(Some((name, groups)))
 }
 
-/// Which samples the authors test on.
-pub(crate) fn official(raw: &Raw, options: &ReadOptions, faults: &mut Faults) -> Option<Vec<bool>> {
+/// Returns which samples the authors test on.
+pub(crate) fn official(raw: &Raw, options: &ReadOptions, faults: &mut Problems) -> Option<Vec<bool>> {
     let (name, values) = raw.official.as_ref()?;
     if values.len() != raw.x.len() {
         faults.push(wrong_length(raw, name, values.len()));
@@ -226,16 +214,16 @@ pub(crate) fn official(raw: &Raw, options: &ReadOptions, faults: &mut Faults) ->
     Some(test)
 }
 
-/// Notes values that are NaN or infinite; `sample` names a row.
+/// Notes values that are NaN or infinite; `sample` names a row in messages.
 pub(crate) fn not_finite(
     x: &Ragged,
     channels: Option<&[usize]>,
-    faults: &mut Faults,
+    faults: &mut Problems,
     sample: impl Fn(usize) -> String,
 ) {
     let mut at = None;
-    for (row, own) in x.each().enumerate() {
-        for (flat, value) in own.iter().enumerate().filter(|(_, value)| !value.is_finite()) {
+    for (row, values) in x.each().enumerate() {
+        for (flat, value) in values.iter().enumerate().filter(|(_, value)| !value.is_finite()) {
             let error = || {
                 let mut inside = index_in(&x.shape_of(row), flat);
                 if let (Some(first), Some(channels)) = (inside.first_mut(), channels) {
@@ -248,7 +236,7 @@ pub(crate) fn not_finite(
     }
 }
 
-/// The index along each axis of the `flat`-th value of a sample in C order.
+/// Returns the index along each axis of the `flat`-th value of a sample in C order.
 fn index_in(shape: &[usize], mut flat: usize) -> Vec<usize> {
     let mut index = vec![0; shape.len()];
     for (place, axis) in index.iter_mut().zip(shape).rev() {

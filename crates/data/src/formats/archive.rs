@@ -1,32 +1,31 @@
 //! An open file of named arrays, whatever its format.
 
-use crate::formats::npy::{Cap, Header};
+use crate::formats::npy::{Cap, Header, by_rows};
+use crate::layout::order::natural;
 use crate::{Error, Result};
 use std::io::Read;
+use std::path::Path;
 
 /// Takes the header of an array and the stream of its values; `at` names them in messages.
 pub(crate) type Take<'t> = &'t mut dyn FnMut(&Header, &mut dyn Read, &str) -> Result<()>;
 
-/// What a format of named arrays has to answer.
+/// A format of files of named arrays.
 pub(crate) trait NamedArrays {
-    /// Names in the order in which arrays were saved.
+    /// Lists the arrays in the order in which they were saved.
     fn saved(&self) -> Vec<String>;
 
-    /// Arrays that could be one recording, sorted.
-    fn recordings(&self) -> Vec<String>;
-
-    /// Name, type and shape of each array.
-    fn described(&mut self) -> Vec<String>;
+    /// Returns type and shape of an array; none of one that cannot be read.
+    fn header(&mut self, array: &str) -> Option<Header>;
 
     /// Opens one array and hands it to `take`.
     fn with(&mut self, array: &str, at: &str, take: Take) -> Result<()>;
 
-    /// The texts of an array of texts that is none of numbers; none of any other.
+    /// Reads an array of texts that cannot be read as one of numbers; none of any other.
     fn texts(&mut self, _array: &str, _at: &str, _cap: Cap) -> Result<Option<Texts>> {
         Ok(None)
     }
 
-    /// Whether labels are counted from 1.
+    /// Checks whether labels are counted from 1.
     fn counts_from_one(&self) -> bool {
         false
     }
@@ -38,81 +37,94 @@ pub(crate) struct Texts {
     pub values: Vec<String>,
 }
 
+impl Texts {
+    /// Takes the texts of a cell array of MATLAB, which lie column by column.
+    pub fn of_cells(texts: &[String], rows: u64, columns: u64) -> Self {
+        let shape = if rows.min(columns) == 1 { vec![rows * columns] } else { vec![rows, columns] };
+        Self { shape, values: by_rows(texts, rows as usize, columns as usize) }
+    }
+}
+
 /// An open file of named arrays.
 pub(crate) struct Archive {
     held: Box<dyn NamedArrays>,
-    arrays: Vec<String>,
+    /// The path, as messages name it.
+    pub file: String,
+    /// Names in the order in which arrays were saved.
+    pub saved: Vec<String>,
+    /// Names in counting order.
+    pub arrays: Vec<String>,
+    /// Labels are counted from 1.
+    pub counts_from_one: bool,
 }
 
 impl Archive {
-    pub fn new(held: impl NamedArrays + 'static) -> Self {
-        let mut arrays = held.saved();
-        arrays.sort();
+    pub fn new(path: &Path, held: impl NamedArrays + 'static) -> Self {
+        let file = path.display().to_string();
+        let (saved, counts_from_one) = (held.saved(), held.counts_from_one());
+        let mut arrays = saved.clone();
+        arrays.sort_by(|a, b| natural(a, b));
         arrays.dedup();
-        Self { held: Box::new(held), arrays }
+        Self { held: Box::new(held), file, saved, arrays, counts_from_one }
     }
 
-    /// Names, sorted.
-    pub fn arrays(&self) -> &[String] {
-        &self.arrays
-    }
-
-    /// Names in the order in which arrays were saved.
-    pub fn saved(&self) -> Vec<String> {
-        self.held.saved()
-    }
-
-    /// Arrays that could be one recording, sorted.
-    pub fn recordings(&self) -> Vec<String> {
-        self.held.recordings()
-    }
-
-    /// Whether labels are counted from 1.
-    pub fn counts_from_one(&self) -> bool {
-        self.held.counts_from_one()
+    /// Lists the arrays that could be one recording: numbers along two axes or more.
+    pub fn recordings(&mut self) -> Vec<String> {
+        let is_one =
+            |h: Header| h.kind.is_some() && h.shape.len() > 1 && h.shape.iter().any(|axis| *axis > 1);
+        self.arrays.iter().filter(|name| self.held.header(name).is_some_and(is_one)).cloned().collect()
     }
 
     /// Opens one array and hands its header and the stream of its values to `read`.
     pub fn with<T>(
         &mut self,
-        file: &str,
         array: &str,
         option: &'static str,
         read: impl FnOnce(&Header, &mut dyn Read, &str) -> Result<T>,
     ) -> Result<T> {
-        let (mut read, mut out) = (Some(read), None);
+        let (mut read, mut out, at) = (Some(read), None, self.at(array));
         if self.arrays.iter().any(|name| name == array) {
-            self.held.with(array, &format!("{file}: {array}"), &mut |header, stream, at| {
+            self.held.with(array, &at, &mut |header, stream, at| {
                 out = read.take().map(|read| read(header, stream, at)).transpose()?;
                 Ok(())
             })?;
         }
-        out.ok_or_else(|| Error::missing(file, array, &self.described(), option))
+        out.ok_or_else(|| {
+            let held = self.described();
+            Error::missing(&self.file, array, &held, option)
+        })
     }
 
-    /// The texts of a variable of MATLAB or HDF5 that is no array of numbers.
-    pub fn texts(&mut self, file: &str, array: &str, cap: Cap) -> Result<Option<Texts>> {
-        self.held.texts(array, &format!("{file}: {array}"), cap)
+    /// Reads the texts of a variable of MATLAB or HDF5 that is no array of numbers.
+    pub fn texts(&mut self, array: &str, cap: Cap) -> Result<Option<Texts>> {
+        let at = self.at(array);
+        self.held.texts(array, &at, cap)
     }
 
-    /// Shape of an array as stored; empty of one that cannot be read.
+    /// Names an array in messages.
+    pub fn at(&self, array: &str) -> String {
+        format!("{}: {array}", self.file)
+    }
+
+    /// Returns type and shape of an array; none of one that is not there or cannot be read.
+    pub fn header(&mut self, array: &str) -> Option<Header> {
+        self.arrays.iter().find(|name| *name == array).and_then(|name| self.held.header(name))
+    }
+
+    /// Returns the shape of an array as stored; empty of one that cannot be read.
     pub fn shape(&mut self, array: &str) -> Vec<u64> {
-        self.with("", array, "x", |header, _, _| Ok(header.shape.clone())).unwrap_or_default()
+        self.header(array).map_or(vec![], |header| header.shape)
     }
 
-    /// Whether an array has rows and columns: more than one number per sample, or what looks like it.
-    pub fn is_table(&mut self, array: &str) -> bool {
-        self.with("", array, "x", |header, _, _| Ok(header.as_column().shape.len() != 1 && !header.matlab))
-            .unwrap_or(false)
-    }
-
-    /// Entries along the first axis, or of a row; none of one that cannot be read.
+    /// Returns the entries along the first axis, or of a row; none of an array that cannot be read.
     pub fn entries(&mut self, array: &str) -> Option<u64> {
-        self.with("", array, "y", |header, _, _| Ok(header.as_column().shape.first().copied())).ok().flatten()
+        self.header(array)?.as_column().shape.first().copied()
     }
 
-    /// What the file holds: name, type and shape of each array.
+    /// Describes the content of the file: name, type and shape of each array.
     pub fn described(&mut self) -> Vec<String> {
-        self.held.described()
+        let mut form =
+            |name: &str| self.held.header(name).map_or("(damaged)".into(), |header| header.described());
+        self.arrays.iter().map(|name| format!("{name} {}", form(name))).collect()
     }
 }

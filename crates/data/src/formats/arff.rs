@@ -1,6 +1,6 @@
-//! The ARFF files of the UCR and UEA archives: flat ones of one channel, relational ones of several.
+//! Reads the ARFF files of the UCR and UEA archives: flat ones of one channel, relational ones of several.
 //!
-//! Read here: relational attributes are in no crate for ARFF, and the rest is a line of numbers.
+//! No crate for ARFF reads relational attributes, and the rest is a line of numbers.
 
 use crate::formats::case::{Case, number};
 use crate::{Error, Result};

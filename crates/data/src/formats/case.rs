@@ -1,4 +1,4 @@
-//! One series of the UCR and UEA archives as written.
+//! One series of the UCR and UEA archives, as written.
 
 use crate::{Error, Result};
 
@@ -8,7 +8,7 @@ pub(crate) struct Case {
     pub channels: Vec<Vec<f32>>,
 }
 
-/// A number of a text file; `column` counts from 1.
+/// Reads a number of a text file; `column` counts from 1.
 pub(crate) fn number(text: &str, file: &str, line: usize, column: usize) -> Result<f32> {
     text.trim().parse().map_err(|_| Error::CsvNumber {
         file: file.into(),

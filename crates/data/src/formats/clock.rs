@@ -1,17 +1,17 @@
-//! Time stamps: their rate, and recordings brought to equal steps.
+//! Measures the rate of time stamps, and brings recordings to equal steps.
 
 use std::fmt::{self, Display, Formatter};
 
-/// Stamps count as regular while they stay within this share of a step of equal steps, earliest to latest.
+/// Largest distance of regular stamps from equal steps, earliest to latest, as a share of a step.
 const JITTER: f64 = 0.2;
-/// How many times the readings of recordings may grow when they are brought to equal steps, beyond the first few.
+/// Most times that recordings may grow when they are brought to equal steps, beyond the first few time steps.
 const GAPS: f64 = 16.0;
 const FEW: f64 = 4096.0;
 
-/// Seconds between readings that are time stamps and not something else.
+/// Seconds from one time step to the next; outside of them, numbers are no time stamps.
 const STEPS: std::ops::Range<f64> = 1e-12..1e12;
 
-/// How far the rate of regular stamps may be from the one that is wanted: clocks are no better.
+/// Largest relative distance of the rate of regular stamps from the wanted one: clocks are no better.
 const CLOCK: f64 = 0.01;
 
 /// The steps from one time stamp to the next, in seconds.
@@ -19,7 +19,7 @@ const CLOCK: f64 = 0.01;
 pub(crate) struct Timing {
     /// The wanted step; where none is wanted, of regular stamps the mean, of irregular ones the median.
     pub step: f64,
-    /// Whether recordings are taken as they are.
+    /// Recordings are taken as they are.
     pub is_regular: bool,
     /// The rate (Hz) that is wanted.
     wanted: Option<f64>,
@@ -28,8 +28,8 @@ pub(crate) struct Timing {
 }
 
 impl Timing {
-    /// Of recordings whose stamps rise, for the `wanted` rate (Hz) or their own; none where no recording has two
-    /// readings.
+    /// Measures recordings whose stamps rise, for the `wanted` rate (Hz) or their own; none where no recording has two time
+    /// steps.
     pub fn of(recordings: &[&[f64]], wanted: Option<f64>) -> Option<Self> {
         let mut steps: Vec<f64> =
             recordings.iter().flat_map(|times| times.windows(2).map(|pair| pair[1] - pair[0])).collect();
@@ -46,36 +46,36 @@ impl Timing {
             0 => (steps[middle - 1] + steps[middle]) / 2.0,
             _ => steps[middle],
         };
-        let own = if is_regular { mean } else { median };
+        let step = if is_regular { mean } else { median };
         Some(match wanted {
-            None => Self { step: own, is_regular, wanted, shortest, longest },
+            None => Self { step, is_regular, wanted, shortest, longest },
             Some(rate) => {
-                let is_regular = is_regular && (own * rate - 1.0).abs() <= CLOCK;
+                let is_regular = is_regular && (step * rate - 1.0).abs() <= CLOCK;
                 Self { step: 1.0 / rate, is_regular, wanted, shortest, longest }
             }
         })
     }
 
-    /// Whether the step is one of time stamps and not of something else.
+    /// Checks whether the step is one of time stamps.
     pub fn is_likely(&self) -> bool {
         STEPS.contains(&self.step)
     }
 
-    /// Readings per second (Hz), to six digits: stamps are no better.
+    /// Returns the time steps per second (Hz), to six digits: stamps are no better.
     pub fn rate(&self) -> f64 {
         let rate = self.wanted.unwrap_or(1.0 / self.step);
         let scale = 10f64.powi(5 - rate.log10().floor() as i32);
         (rate * scale).round() / scale
     }
 
-    /// Number of equal steps' readings from the first stamp to the last.
+    /// Counts the equal steps from the first stamp to the last.
     pub fn readings(&self, times: &[f64]) -> f64 {
         let [first, last] = [times.first(), times.last()].map(|time| time.copied().unwrap_or(0.0));
         // A last stamp that is on the grid but for rounding is not lost.
         ((last - first) / self.step + 1e-6).floor() + 1.0
     }
 
-    /// Why recordings of so many readings are not brought to equal steps: most of what came of it would be gaps.
+    /// Says why recordings are not brought to equal steps: most of the result would be gaps. None where they are.
     pub fn gaps(&self, recordings: &[&[f64]]) -> Option<String> {
         let have: usize = recordings.iter().map(|times| times.len()).sum();
         let readings: f64 = recordings.iter().map(|times| self.readings(times)).sum();
@@ -90,39 +90,43 @@ impl Timing {
         })
     }
 
-    /// Linear interpolation at equal steps from the first stamp: `values` `[time, channels]` are added to `out` as
-    /// `[readings, channels]`.
+    /// Interpolates `values` `[time, channels]` linearly at equal steps from the first stamp, and adds them to `out` as
+    /// `[steps, channels]`.
     pub fn resample(&self, times: &[f64], values: &[f32], channels: usize, out: &mut Vec<f32>) {
-        let value = |place: Place, channel| place.value(|row: usize| values[row * channels + channel]);
+        let value =
+            |place: Interpolation, channel| place.value(|row: usize| values[row * channels + channel]);
         self.places(times).for_each(|place| out.extend((0..channels).map(|channel| value(place, channel))));
     }
 
-    fn places(&self, times: &[f64]) -> impl Iterator<Item = Place> {
+    fn places(&self, times: &[f64]) -> impl Iterator<Item = Interpolation> {
         let (first, step) = (times[0], self.step);
         places(times, (0..self.readings(times) as usize).map(move |i| first + i as f64 * step))
     }
 }
 
-/// Where a time lies between two stamps.
+/// The place of a time between two stamps.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Place {
+pub(crate) struct Interpolation {
     before: usize,
     next: usize,
     share: f64,
 }
 
-impl Place {
-    /// The value there of what has a value at each stamp.
+impl Interpolation {
+    /// Interpolates a quantity that has a value at each stamp.
     pub fn value(self, at: impl Fn(usize) -> f32) -> f32 {
         let [a, b] = [self.before, self.next].map(|row| f64::from(at(row)));
-        // Also where the next reading is no number.
+        // At a stamp the next value does not count, which may be NaN.
         let value = if self.share == 0.0 { a } else { a + (b - a) * self.share };
         value as f32
     }
 }
 
-/// Where rising `times` lie among rising `stamps`, of which there is one at least.
-pub(crate) fn places(stamps: &[f64], times: impl Iterator<Item = f64>) -> impl Iterator<Item = Place> {
+/// Finds the places of rising `times` among rising `stamps`, of which there is one at least.
+pub(crate) fn places(
+    stamps: &[f64],
+    times: impl Iterator<Item = f64>,
+) -> impl Iterator<Item = Interpolation> {
     let mut after = 1;
     times.map(move |time| {
         while after + 1 < stamps.len() && stamps[after] < time {
@@ -132,7 +136,7 @@ pub(crate) fn places(stamps: &[f64], times: impl Iterator<Item = f64>) -> impl I
         let before = next.saturating_sub(1);
         let span = stamps[next] - stamps[before];
         let share = if span > 0.0 { ((time - stamps[before]) / span).clamp(0.0, 1.0) } else { 0.0 };
-        Place { before, next, share }
+        Interpolation { before, next, share }
     })
 }
 

@@ -1,7 +1,7 @@
-//! One CSV recording: rows = time, columns = channels.
+//! Reads one CSV recording: rows are time, columns channels.
 
 use crate::dataset::digest::hash_row;
-use crate::formats::text::read_text;
+use crate::formats::text::{csv_reader, read_text, without_mark};
 use crate::options::ReadOptions;
 use crate::reader::{FileFormat, Format, Sample};
 use crate::{Error, Result};
@@ -46,23 +46,13 @@ impl FileFormat for Csv {
 /// Columns are separated by commas. A first row without any number is a header. `file` is for
 /// messages, `limit` the most values allowed.
 fn read(text: &str, file: &str, limit: u64) -> Result<(Vec<usize>, Vec<f32>)> {
-    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let mut reader = csv::ReaderBuilder::new()
-        .has_headers(false)
-        .flexible(true)
-        .trim(csv::Trim::All)
-        .from_reader(text.as_bytes());
+    let text = without_mark(text);
+    let mut reader = csv_reader(text, b',', false);
     let (mut first_line, mut width, mut rows) = (0, None, 0);
     // Row after row as read; turned to one channel after the other below.
     let mut values: Vec<f32> = Vec::new();
     let mut record = csv::StringRecord::new();
-    loop {
-        let more = reader
-            .read_record(&mut record)
-            .map_err(|e| Error::Csv { file: file.into(), why: e.to_string().to_lowercase() })?;
-        if !more {
-            break;
-        }
+    while reader.read_record(&mut record).map_err(Error::csv(file))? {
         #[expect(clippy::expect_used, reason = "a reader notes where a record starts")]
         let line = line_of(text, record.position().expect("a record that was read"));
         let want = *width.get_or_insert_with(|| {
@@ -91,7 +81,9 @@ fn read(text: &str, file: &str, limit: u64) -> Result<(Vec<usize>, Vec<f32>)> {
     }
     let channels = match width {
         None => return Err(Error::EmptyFile { file: file.into() }),
-        Some(_) if rows == 0 => return Err(Error::CsvNoRows { file: file.into() }),
+        Some(_) if rows == 0 => {
+            return Err(Error::file(file, "holds a header but no rows; one row per time step"));
+        }
         Some(channels) => channels,
     };
     let mut sample = Vec::with_capacity(values.len());
@@ -107,21 +99,22 @@ fn no_number(record: &csv::StringRecord, field: &str, file: &str, line: u64, col
         line,
         column: column + 1,
         text: field.chars().take(40).collect(),
-        hint: match is_other_separator(record) {
-            true => "; separate columns with commas, decimals with points",
-            false => "",
+        hint: if is_other_separator(record) {
+            "; separate columns with commas, decimals with points"
+        } else {
+            ""
         },
     }
 }
 
-/// The line a record is on; its position is that of the blank lines before it.
+/// Returns the line of a record, whose position is that of the blank lines before it.
 pub(crate) fn line_of(text: &str, start: &csv::Position) -> u64 {
     let rest = &text.as_bytes()[start.byte() as usize..];
     let blank = rest.iter().take_while(|byte| matches!(byte, b'\r' | b'\n'));
     start.line() + blank.filter(|byte| **byte == b'\n').count() as u64
 }
 
-/// A row of numbers separated by semicolons, tabs or spaces is one unreadable field.
+/// Checks for numbers separated by semicolons, tabs or spaces, which are one unreadable field.
 fn is_other_separator(record: &csv::StringRecord) -> bool {
     let numbers = |separator| {
         let mut fields = record.iter().flat_map(|field| field.split(separator));

@@ -1,4 +1,4 @@
-//! One PNG or JPEG recording.
+//! Reads one PNG or JPEG recording.
 
 use crate::dataset::digest::{RowHash, hash_row, hash_values};
 use crate::formats::names::IMAGE;
@@ -13,9 +13,9 @@ use std::path::Path;
 use taxel_base::Layout;
 
 /// Reads PNG and JPEG files of which each is one recording.
-pub(crate) struct Picture;
+pub(crate) struct ImageFile;
 
-impl FileFormat for Picture {
+impl FileFormat for ImageFile {
     fn name(&self) -> &'static str {
         "an image"
     }
@@ -41,48 +41,42 @@ impl FileFormat for Picture {
         option == "resize"
     }
 
+    /// Reads the head of the file; an image that is too large to decode is refused.
     fn shape(&self, path: &Path, options: &ReadOptions) -> Result<Option<Vec<usize>>> {
-        shape(path, &path.display().to_string(), options.resize, &options.limits).map(Some)
+        let file = path.display().to_string();
+        let stored = stored_shape(&open(path, &file, &options.limits)?, &file, options)?;
+        Ok(Some(resized(&stored, options.resize)))
     }
 
+    /// Decodes one image: `[H, W]` or `[3, H, W]` in its stored range, 0..255 or 0..65535, resampled to the size where one
+    /// is given. The hash is that of the values before resampling.
     fn read(&self, path: &Path, options: &ReadOptions) -> Result<Sample> {
-        read(path, &path.display().to_string(), options.resize, &options.limits)
+        let (file, resize) = (path.display().to_string(), options.resize);
+        let decoder = open(path, &file, &options.limits)?;
+        let stored = stored_shape(&decoder, &file, options)?;
+        let image = DynamicImage::from_decoder(decoder).map_err(|e| broken(&file, &e.to_string()))?;
+        if image.color().has_alpha() && image.pixels().any(|(_, _, pixel)| pixel.0[3] != 255) {
+            return Err(Error::file(file, "has transparent pixels; save it as grey or RGB"));
+        }
+        let bits = 8 * (image.color().bytes_per_pixel() / image.color().channel_count().max(1));
+        let (values, hash) = match (stored.len(), bits) {
+            (3, 8) => planes::<Rgb<f32>, u8>(&image.into_rgb8(), &stored, resize, 255.0),
+            (3, _) => planes::<Rgb<f32>, u16>(&image.into_rgb16(), &stored, resize, 65535.0),
+            (_, 8) => planes::<Luma<f32>, u8>(&image.into_luma8(), &stored, resize, 255.0),
+            (_, _) => planes::<Luma<f32>, u16>(&image.into_luma16(), &stored, resize, 65535.0),
+        };
+        Ok(Sample { shape: resized(&stored, resize), values, hash, dtype: format!("png/jpeg u{bits}") })
     }
-}
-
-/// The shape that the image will have, from the head of the file; one too large to decode is refused.
-fn shape(path: &Path, file: &str, resize: Option<[usize; 2]>, limits: &Limits) -> Result<Vec<usize>> {
-    let stored = stored_shape(&open(path, file, limits)?, file, resize, limits)?;
-    Ok(resized(&stored, resize))
-}
-
-/// Decodes one image: `[H, W]` or `[3, H, W]` in its stored range, 0..255 or 0..65535, resampled where a size was asked
-/// for. Its hash is of the values as stored, before resampling.
-fn read(path: &Path, file: &str, resize: Option<[usize; 2]>, limits: &Limits) -> Result<Sample> {
-    let decoder = open(path, file, limits)?;
-    let stored = stored_shape(&decoder, file, resize, limits)?;
-    let image = DynamicImage::from_decoder(decoder).map_err(|e| broken(file, &e.to_string()))?;
-    if image.color().has_alpha() && image.pixels().any(|(_, _, pixel)| pixel.0[3] != 255) {
-        return Err(Error::Transparent { file: file.into() });
-    }
-    let bits = 8 * (image.color().bytes_per_pixel() / image.color().channel_count().max(1));
-    let (values, hash) = match (stored.len(), bits) {
-        (3, 8) => planes::<Rgb<f32>, u8>(&image.into_rgb8(), &stored, resize, 255.0),
-        (3, _) => planes::<Rgb<f32>, u16>(&image.into_rgb16(), &stored, resize, 65535.0),
-        (_, 8) => planes::<Luma<f32>, u8>(&image.into_luma8(), &stored, resize, 255.0),
-        (_, _) => planes::<Luma<f32>, u16>(&image.into_luma16(), &stored, resize, 65535.0),
-    };
-    Ok(Sample { shape: resized(&stored, resize), values, hash, dtype: format!("png/jpeg u{bits}") })
 }
 
 fn broken(file: &str, why: &str) -> Error {
-    Error::Image { file: file.into(), why: why.to_lowercase() }
+    Error::file(file, format!("is not readable as PNG or JPEG ({})", why.to_lowercase()))
 }
 
 /// Reads the head of the file.
 fn open(path: &Path, file: &str, limits: &Limits) -> Result<impl ImageDecoder> {
-    let io = |e: std::io::Error| Error::Io { file: file.into(), kind: e.kind() };
-    let mut reader = ImageReader::open(path).and_then(ImageReader::with_guessed_format).map_err(io)?;
+    let io = Error::io(path);
+    let mut reader = ImageReader::open(path).and_then(ImageReader::with_guessed_format).map_err(&io)?;
     let mut ceiling = image::Limits::default();
     ceiling.max_alloc = Some(limits.max_values.saturating_mul(4));
     reader.limits(ceiling);
@@ -91,13 +85,18 @@ fn open(path: &Path, file: &str, limits: &Limits) -> Result<impl ImageDecoder> {
     let bytes = path.metadata().map_err(io)?.len();
     let ((width, height), most) = (decoder.dimensions(), most_pixels(&decoder, format, bytes));
     if u64::from(width) * u64::from(height) > most {
-        return Err(Error::ImageDamaged { file: file.into(), height, width, bytes });
+        return Err(Error::file(
+            file,
+            format!(
+                "is {height} × {width} pixels by its head, more than its {bytes} bytes can hold; it is damaged"
+            ),
+        ));
     }
     Ok(decoder)
 }
 
-/// Most pixels that so many bytes can hold: PNG packs 1032 bytes into one at best, and JPEG spends a bit at least
-/// on a block of 8 × 8.
+/// Returns the most pixels that so many bytes can hold: PNG packs 1032 bytes into one at best, and JPEG spends a bit at
+/// least on a block of 8 × 8.
 fn most_pixels(decoder: &impl ImageDecoder, format: Option<ImageFormat>, bytes: u64) -> u64 {
     match format {
         Some(ImageFormat::Png) => {
@@ -107,32 +106,31 @@ fn most_pixels(decoder: &impl ImageDecoder, format: Option<ImageFormat>, bytes: 
     }
 }
 
-/// `[H, W]` or `[3, H, W]` as the head says, refused where it is too large.
-fn stored_shape(
-    decoder: &impl ImageDecoder,
-    file: &str,
-    resize: Option<[usize; 2]>,
-    limits: &Limits,
-) -> Result<Vec<usize>> {
+/// Returns `[H, W]` or `[3, H, W]` as the head says; refuses an image that is too large.
+fn stored_shape(decoder: &impl ImageDecoder, file: &str, options: &ReadOptions) -> Result<Vec<usize>> {
+    let limits = &options.limits;
     let (width, height) = decoder.dimensions();
     let pixels = u64::from(width) * u64::from(height);
-    if resize.is_none() && pixels > limits.max_pixels {
-        return Err(Error::ImageTooLarge { file: file.into(), height, width, limit: limits.max_pixels });
+    if options.resize.is_none() && pixels > limits.max_pixels {
+        return Err(Error::file(
+            file,
+            format!(
+                "is {height} × {width} pixels, more than the {} that one image may have; set resize = [height, \
+                 width], or raise limits.max_pixels",
+                limits.max_pixels
+            ),
+        ));
     }
     let colours = if decoder.color_type().has_color() { 3 } else { 1 };
-    if pixels * colours > limits.max_values {
-        return Err(Error::TooLarge {
-            at: file.into(),
-            shape: vec![colours, height.into(), width.into()],
-            limit: limits.max_values,
-            hint: "save it smaller or raise limits.max_values",
-        });
-    }
     let size = [height as usize, width as usize];
+    if pixels * colours as u64 > limits.max_values {
+        let shape = [colours, size[0], size[1]];
+        return Err(limits.too_large(file, &shape, "save it smaller or raise limits.max_values"));
+    }
     Ok(if colours == 3 { [vec![3], size.to_vec()].concat() } else { size.to_vec() })
 }
 
-/// A shape whose last two axes are those asked for.
+/// Replaces the last two axes of a shape by the size, where one is given.
 fn resized(shape: &[usize], resize: Option<[usize; 2]>) -> Vec<usize> {
     match resize {
         None => shape.to_vec(),
@@ -140,8 +138,8 @@ fn resized(shape: &[usize], resize: Option<[usize; 2]>) -> Vec<usize> {
     }
 }
 
-/// One plane per colour, resampled by a triangle filter where a size is asked for, and the hash of the planes
-/// as stored. `white` is the largest value.
+/// Makes one plane per colour, resampled by a triangle filter where a size is given. The hash is that of the planes as
+/// stored; `white` is the largest value.
 fn planes<P: Pixel<Subpixel = f32> + 'static, T: Copy + Into<f32>>(
     stored: &[T],
     shape: &[usize],
@@ -156,26 +154,26 @@ fn planes<P: Pixel<Subpixel = f32> + 'static, T: Copy + Into<f32>>(
     };
     let hash = hash_values(by_plane(stored, colours).map(Into::into));
     let from = [shape[shape.len() - 2], shape[shape.len() - 1]];
-    let image = Unit::<P, T> { stored, size: from, white, pixel: PhantomData };
+    let image = ScaledImage::<P, T> { stored, size: from, white, pixel: PhantomData };
     let small =
         imageops::resize(&image, width as u32, height as u32, imageops::FilterType::Triangle).into_raw();
     (by_plane(&small, colours).map(|value| value * white).collect(), hash)
 }
 
-/// A grey image `[H, W]` of values from 0 to `white`, resampled as image files are.
+/// Resamples a grey image `[H, W]` of values from 0 to `white` as image files are.
 #[cfg(feature = "mcap")]
 pub(crate) fn shrunk(values: &[f32], stored: [usize; 2], size: [usize; 2], white: f32) -> Vec<f32> {
     planes::<Luma<f32>, f32>(values, &stored, Some(size), white).0
 }
 
-/// The values of pixel after pixel as one plane per colour.
+/// Iterates over the values of pixel after pixel as one plane per colour.
 fn by_plane<T: Copy>(values: &[T], colours: usize) -> impl Iterator<Item = T> {
     (0..colours).flat_map(move |colour| values.iter().skip(colour).step_by(colours).copied())
 }
 
-/// A decoded image whose pixels are scaled to 0..1 as they are asked for: the image crate clamps to that range,
-/// and a copy of a large image would take four times its memory.
-struct Unit<'a, P, T> {
+/// A decoded image whose pixels are scaled to 0..1 when they are read: the image crate clamps to that range, and a copy
+/// of a large image would take four times its memory.
+struct ScaledImage<'a, P, T> {
     /// Pixel after pixel.
     stored: &'a [T],
     /// Height, width.
@@ -184,7 +182,7 @@ struct Unit<'a, P, T> {
     pixel: PhantomData<P>,
 }
 
-impl<P: Pixel<Subpixel = f32>, T: Copy + Into<f32>> GenericImageView for Unit<'_, P, T> {
+impl<P: Pixel<Subpixel = f32>, T: Copy + Into<f32>> GenericImageView for ScaledImage<'_, P, T> {
     type Pixel = P;
 
     fn dimensions(&self) -> (u32, u32) {

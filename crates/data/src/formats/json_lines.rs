@@ -1,19 +1,20 @@
-//! Recordings in JSON Lines, a time step per line: an object of columns by name, or an array of numbers.
+//! Reads recordings in JSON Lines, a time step per line: an object of columns by name, or an array of numbers.
 
 use crate::formats::clock::Timing;
+use crate::formats::json_numbers::JsonNumbers;
 use crate::formats::table::options::Clock;
 use crate::formats::text::read_text;
 use crate::formats::timed::Timed;
-use crate::layout::listing::Found;
+use crate::layout::listing::FoundFiles;
 use crate::options::ReadOptions;
-use crate::reader::{FileFormat, Format, Recorded, Sample};
+use crate::reader::{FileFormat, Format, Recorded};
 use crate::{Error, Result};
-use serde::de::{Deserialize, DeserializeSeed, Deserializer, MapAccess, SeqAccess, Visitor};
+use serde::de::{Deserialize, Deserializer, MapAccess, SeqAccess, Visitor};
 use std::fmt;
 use std::path::Path;
 use taxel_base::Layout;
 
-/// Numbers of a line, beyond which a file is damaged.
+/// Most numbers of a line of a file that is not damaged.
 const MAX_NUMBERS: usize = 1 << 16;
 
 /// Reads files of which each is one recording; all of a folder share the step of their time stamps.
@@ -38,34 +39,32 @@ impl FileFormat for JsonLines {
         Some(Layout::Series)
     }
 
-    /// Files are read together, even a single one: their time stamps have one step.
-    fn read(&self, path: &Path, _: &ReadOptions) -> Result<Sample> {
-        Err(Error::NoSamples { at: path.display().to_string() })
-    }
-
-    fn read_together(&self, root: &Path, found: &Found, options: &ReadOptions) -> Option<Result<Recorded>> {
+    fn read_together(
+        &self,
+        root: &Path,
+        found: &FoundFiles,
+        options: &ReadOptions,
+    ) -> Option<Result<Recorded>> {
         Some(read(root, found, options))
     }
 }
 
-fn read(root: &Path, found: &Found, options: &ReadOptions) -> Result<Recorded> {
+fn read(root: &Path, found: &FoundFiles, options: &ReadOptions) -> Result<Recorded> {
     let at = root.display().to_string();
     let (mut timed, mut columns, mut origins) = (Timed::default(), None, vec![]);
     for path in &found.files {
         let text = read_text(path, &options.limits)?;
         let file = File { name: path.display().to_string(), text: &text };
-        file.add(&mut columns, &mut timed, options.limits.max_values)?;
+        file.add(&mut columns, &mut timed, options)?;
         origins.push(path.strip_prefix(root).unwrap_or(path).display().to_string());
     }
     let Some(columns) = columns else { return Err(Error::NoSamples { at }) };
     let timing = Timing::of(&timed.stamps(), options.stamped);
-    let refuse = |why| Error::Table { file: at.clone(), why };
     if timing.is_some_and(|timing| !timing.is_likely()) {
-        return Err(refuse(
-            "its time stamps give no rate; end the key of the time with its unit, such as t_ms".into(),
-        ));
+        let why = "its time stamps give no rate; end the key of the time with its unit, such as t_ms";
+        return Err(Error::file(at, why));
     }
-    let x = timed.into_recordings(timing, &[], &at, options, refuse)?;
+    let x = timed.into_recordings(timing, &[], &at, options)?;
     let mut read_as = vec![format!("lines of JSON: {}", columns.described())];
     read_as.extend(timing.map(|timing| timing.to_string()));
     Ok(Recorded {
@@ -80,22 +79,22 @@ fn read(root: &Path, found: &Found, options: &ReadOptions) -> Result<Recorded> {
     })
 }
 
-/// The columns of a line: names and how many numbers each holds; of an array one without a name.
+/// The columns of a line: names and number of values of each; an array is one column without a name.
 #[derive(PartialEq)]
-struct Columns {
+struct LineColumns {
     names: Vec<(String, usize)>,
     /// The column of time stamps, and their unit.
     time: Option<(usize, Clock)>,
 }
 
-impl Columns {
-    fn of(line: &Line) -> Self {
+impl LineColumns {
+    fn of(line: &TimeStep) -> Self {
         let time = line.names.iter().enumerate().filter(|(_, (_, count))| *count == 1);
         let time = time.filter_map(|(at, (name, _))| Some((at, Clock::of_column(name)?))).next();
         Self { names: line.names.clone(), time }
     }
 
-    /// The numbers before a column.
+    /// Counts the numbers before a column.
     fn start(&self, column: usize) -> usize {
         self.names[..column].iter().map(|(_, count)| count).sum()
     }
@@ -119,17 +118,17 @@ struct File<'t> {
 
 impl File<'_> {
     fn refuse(&self, line: usize, why: impl fmt::Display) -> Error {
-        Error::Table { file: self.name.clone(), why: format!("line {line}: {why}") }
+        Error::file(&self.name, format!("line {line}: {why}"))
     }
 
     /// Adds the lines of the file as one recording.
-    fn add(&self, columns: &mut Option<Columns>, timed: &mut Timed, most: u64) -> Result<()> {
+    fn add(&self, columns: &mut Option<LineColumns>, timed: &mut Timed, options: &ReadOptions) -> Result<()> {
         let (mut rows, mut before) = (0, f64::NEG_INFINITY);
         let lines = self.text.lines().enumerate().map(|(at, text)| (at + 1, text.trim()));
         for (at, text) in lines.filter(|(_, text)| !text.is_empty()) {
-            let line: Line =
+            let line: TimeStep =
                 serde_json::from_str(text).map_err(|e| self.refuse(at, format!("is no time step ({e})")))?;
-            let columns = columns.get_or_insert_with(|| Columns::of(&line));
+            let columns = columns.get_or_insert_with(|| LineColumns::of(&line));
             if columns.width() == 0 {
                 return Err(self.refuse(at, "holds no numbers; write one per channel"));
             }
@@ -143,9 +142,7 @@ impl File<'_> {
             for (place, value) in line.numbers.iter().enumerate() {
                 match time.filter(|(time, _)| *time == place) {
                     None => timed.values.push(*value as f32),
-                    Some(_) if !value.is_finite() => {
-                        return Err(self.refuse(at, "has no time stamp"));
-                    }
+                    Some(_) if !value.is_finite() => return Err(self.refuse(at, "has no time stamp")),
                     Some(_) if *value <= before => {
                         let why = format!("its time goes from {before} to {value}; sort lines by time");
                         return Err(self.refuse(at, why));
@@ -157,14 +154,7 @@ impl File<'_> {
                 }
             }
             rows += 1;
-            if timed.values.len() as u64 > most {
-                return Err(Error::TooLarge {
-                    at: self.name.clone(),
-                    shape: vec![timed.values.len() as u64],
-                    limit: most,
-                    hint: "take fewer recordings or raise limits.max_values",
-                });
-            }
+            options.limits.refuse_values(&self.name, timed.values.len())?;
         }
         if rows == 0 {
             return Err(Error::EmptyFile { file: self.name.clone() });
@@ -176,12 +166,18 @@ impl File<'_> {
 
 /// The numbers of one line, column after column.
 #[derive(Default)]
-struct Line {
+struct TimeStep {
     names: Vec<(String, usize)>,
     numbers: Vec<f64>,
 }
 
-impl<'de> Deserialize<'de> for Line {
+impl TimeStep {
+    fn reader(&mut self) -> JsonNumbers<'_> {
+        JsonNumbers { out: &mut self.numbers, wanted: None, most: MAX_NUMBERS }
+    }
+}
+
+impl<'de> Deserialize<'de> for TimeStep {
     fn deserialize<D: Deserializer<'de>>(reader: D) -> Result<Self, D::Error> {
         reader.deserialize_any(LineVisitor)
     }
@@ -190,17 +186,17 @@ impl<'de> Deserialize<'de> for Line {
 struct LineVisitor;
 
 impl<'de> Visitor<'de> for LineVisitor {
-    type Value = Line;
+    type Value = TimeStep;
 
     fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
         f.write_str("an object of numbers or an array of numbers")
     }
 
-    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Line, A::Error> {
-        let mut line = Line::default();
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<TimeStep, A::Error> {
+        let mut line = TimeStep::default();
         while let Some(name) = map.next_key::<String>()? {
             let before = line.numbers.len();
-            map.next_value_seed(Numbers(&mut line.numbers))?;
+            map.next_value_seed(line.reader())?;
             // Texts are for people.
             let count = line.numbers.len() - before;
             line.names.extend((count > 0).then_some((name, count)));
@@ -208,69 +204,11 @@ impl<'de> Visitor<'de> for LineVisitor {
         Ok(line)
     }
 
-    fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Line, A::Error> {
-        let mut line = Line::default();
-        while list.next_element_seed(Numbers(&mut line.numbers))?.is_some() {}
+    fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<TimeStep, A::Error> {
+        let mut line = TimeStep::default();
+        while list.next_element_seed(line.reader())?.is_some() {}
         line.names = vec![(String::new(), line.numbers.len())];
         Ok(line)
-    }
-}
-
-/// Adds the numbers of a value, which may be a list of lists; true is 1, null is no number.
-struct Numbers<'n>(&'n mut Vec<f64>);
-
-impl Numbers<'_> {
-    fn add<E: serde::de::Error>(self, value: f64) -> Result<(), E> {
-        if self.0.len() == MAX_NUMBERS {
-            return Err(E::custom(format!("more than {MAX_NUMBERS} numbers")));
-        }
-        self.0.push(value);
-        Ok(())
-    }
-}
-
-impl<'de> DeserializeSeed<'de> for Numbers<'_> {
-    type Value = ();
-
-    fn deserialize<D: Deserializer<'de>>(self, reader: D) -> Result<(), D::Error> {
-        reader.deserialize_any(self)
-    }
-}
-
-impl<'de> Visitor<'de> for Numbers<'_> {
-    type Value = ();
-
-    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str("a number, a list of numbers or a text")
-    }
-
-    fn visit_bool<E: serde::de::Error>(self, value: bool) -> Result<(), E> {
-        self.add(u8::from(value).into())
-    }
-
-    fn visit_i64<E: serde::de::Error>(self, value: i64) -> Result<(), E> {
-        self.add(value as f64)
-    }
-
-    fn visit_u64<E: serde::de::Error>(self, value: u64) -> Result<(), E> {
-        self.add(value as f64)
-    }
-
-    fn visit_f64<E: serde::de::Error>(self, value: f64) -> Result<(), E> {
-        self.add(value)
-    }
-
-    fn visit_unit<E: serde::de::Error>(self) -> Result<(), E> {
-        self.add(f64::NAN)
-    }
-
-    fn visit_str<E>(self, _: &str) -> Result<(), E> {
-        Ok(())
-    }
-
-    fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<(), A::Error> {
-        while list.next_element_seed(Numbers(self.0))?.is_some() {}
-        Ok(())
     }
 }
 

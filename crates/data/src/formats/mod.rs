@@ -1,4 +1,4 @@
-//! File formats, and the list of all readers in the order in which they are asked.
+//! File formats, and the list of all readers in the order in which they are tried.
 //!
 //! A new format is a file here and a line in [`READERS`].
 
@@ -17,6 +17,7 @@ pub(crate) mod hdf5;
 #[cfg(feature = "image")]
 pub(crate) mod image_file;
 pub(crate) mod json_lines;
+pub(crate) mod json_numbers;
 #[cfg(feature = "matlab")]
 pub(crate) mod mat;
 pub(crate) mod names;
@@ -54,7 +55,7 @@ pub(crate) const READERS: &[&dyn Reader] = &[
     #[cfg(feature = "mcap")]
     &OnePerFile(bag::bags::Bag),
     #[cfg(feature = "image")]
-    &OnePerFile(image_file::Picture),
+    &OnePerFile(image_file::ImageFile),
     #[cfg(not(all(
         feature = "hdf5",
         feature = "image",
@@ -66,7 +67,7 @@ pub(crate) const READERS: &[&dyn Reader] = &[
     &Folder,
 ];
 
-/// Lists what this build reads, in the order in which readers are asked: the table of `docs/data.md`.
+/// Lists the formats that this build reads, in the order in which readers are tried: the table of `docs/data.md`.
 pub fn formats() -> impl Iterator<Item = &'static Format> {
     READERS.iter().flat_map(|reader| reader.formats())
 }

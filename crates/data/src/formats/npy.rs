@@ -1,7 +1,7 @@
-//! One NumPy array from a stream: header, then values, never more than the header promises.
+//! Reads one NumPy array from a stream: header, then values, never more than the header promises.
 //!
-//! The header is parsed here and not by npyz, which writes arrays: it takes memory for as many bytes as a header claims, up to
-//! 4 GiB, and reads the text by a grammar that calls itself for every bracket, without a limit.
+//! npyz writes arrays, but does not read the header: it allocates as many bytes as a header claims, up to 4 GiB, and its
+//! grammar calls itself for every bracket, without a limit.
 
 use crate::options::Limits;
 use crate::{Error, Result};
@@ -18,11 +18,11 @@ const MAX_TRUST: u64 = 1 << 24;
 /// The largest integer up to which f32 holds every integer.
 const EXACT: u64 = 1 << 24;
 
-/// The way out for arrays of Python objects.
+/// How to fix an array of Python objects.
 const OBJECTS: &str = "Python objects are pickled and not read: save texts with astype(str), numbers as numbers, and \
                        recordings of unequal length one array each beside y, or padded with NaN at the end";
 
-/// The most values an array may have, and what to do about more.
+/// The most values that an array may have, and how to fix one that has more.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Cap {
     pub values: u64,
@@ -30,20 +30,25 @@ pub(crate) struct Cap {
 }
 
 impl Cap {
-    /// For samples.
+    /// Returns the cap of samples.
     pub(crate) fn of_samples(limits: &Limits) -> Self {
         Self { values: limits.max_values, hint: "save fewer or smaller samples or raise limits.max_values" }
     }
 
-    /// For labels and groups.
+    /// Returns the cap of labels and groups.
     pub(crate) fn of_labels(limits: &Limits) -> Self {
         Self { values: limits.max_samples, hint: "save fewer samples or raise limits.max_samples" }
+    }
+
+    /// Refuses an array of this shape.
+    pub(crate) fn too_large(&self, at: &str, shape: &[u64]) -> Error {
+        Error::TooLarge { at: at.into(), shape: shape.to_vec(), limit: self.values, hint: self.hint }
     }
 }
 
 /// The kinds of number an array may hold.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Kind {
+pub(crate) enum NumberKind {
     Bool,
     Int,
     Uint,
@@ -56,12 +61,12 @@ pub(crate) struct Header {
     /// As written, such as `<f4`.
     pub dtype: String,
     pub shape: Vec<u64>,
-    /// Whether the first axis runs fastest.
+    /// The first axis runs fastest.
     pub fortran: bool,
-    /// Whether the highest byte comes first.
+    /// The highest byte comes first.
     pub big: bool,
-    /// None for what this crate does not read.
-    pub kind: Option<Kind>,
+    /// None for types that this crate does not read.
+    pub kind: Option<NumberKind>,
     /// Bytes of a value.
     pub size: usize,
     /// MATLAB knows no vectors, only rows and columns, and keeps whole numbers as floats.
@@ -158,29 +163,29 @@ fn quoted(text: &str) -> Option<(&str, &str)> {
     text[1..].split_once(quote)
 }
 
-/// Kind, bytes per value and whether big-endian; no kind for what this crate does not read.
-fn number(dtype: &str) -> (Option<Kind>, usize, bool) {
+/// Returns kind, bytes per value and whether it is big-endian; no kind for types that this crate does not read.
+fn number(dtype: &str) -> (Option<NumberKind>, usize, bool) {
     let mut chars = dtype.chars();
     let order = chars.next();
     let kind = match chars.next() {
-        Some('b') => Kind::Bool,
-        Some('i') => Kind::Int,
-        Some('u') => Kind::Uint,
-        Some('f') => Kind::Float,
+        Some('b') => NumberKind::Bool,
+        Some('i') => NumberKind::Int,
+        Some('u') => NumberKind::Uint,
+        Some('f') => NumberKind::Float,
         _ => return (None, 0, false),
     };
     let size: usize = chars.as_str().parse().unwrap_or(0);
     let known = match kind {
-        Kind::Bool => size == 1,
-        Kind::Int | Kind::Uint => matches!(size, 1 | 2 | 4 | 8),
-        Kind::Float => matches!(size, 2 | 4 | 8),
+        NumberKind::Bool => size == 1,
+        NumberKind::Int | NumberKind::Uint => matches!(size, 1 | 2 | 4 | 8),
+        NumberKind::Float => matches!(size, 2 | 4 | 8),
     };
     let ordered = matches!(order, Some('<' | '>')) || (order == Some('|') && size == 1);
     ((known && ordered).then_some(kind), size, order == Some('>'))
 }
 
 impl Header {
-    /// One value per sample: of a MATLAB file a row or a column.
+    /// Turns a row or a column of a MATLAB file into a vector: one value per sample.
     pub(crate) fn as_column(&self) -> Self {
         let mut header = self.clone();
         if let (true, &[rows, columns]) = (self.matlab, self.shape.as_slice())
@@ -191,26 +196,21 @@ impl Header {
         header
     }
 
-    /// Type and shape, for messages: `<f4 [4, 2, 3]`.
+    /// Describes type and shape in messages: `<f4 [4, 2, 3]`.
     pub(crate) fn described(&self) -> String {
         format!("{} {:?}", self.dtype, self.shape)
     }
 
-    /// Number of values, if it is within `limit`.
+    /// Counts the values, and refuses more than the cap.
     pub(crate) fn count(&self, at: &str, cap: Cap) -> Result<u64> {
         self.shape
             .iter()
             .try_fold(1u64, |product, axis| product.checked_mul(*axis))
             .filter(|count| *count <= cap.values)
-            .ok_or_else(|| Error::TooLarge {
-                at: at.into(),
-                shape: self.shape.clone(),
-                limit: cap.values,
-                hint: cap.hint,
-            })
+            .ok_or_else(|| cap.too_large(at, &self.shape))
     }
 
-    /// The index along each axis of the `flat`-th stored value.
+    /// Returns the index along each axis of the `flat`-th stored value.
     fn index(&self, mut flat: u64) -> Vec<usize> {
         let mut index = vec![0; self.shape.len()];
         let axes: Vec<usize> =
@@ -223,12 +223,12 @@ impl Header {
         index
     }
 
-    /// Whether values are pickled Python objects, which could run anything.
+    /// Checks whether values are pickled Python objects, which could run any code.
     pub(crate) fn is_pickled(&self) -> bool {
         !self.matlab && self.dtype.ends_with('O')
     }
 
-    /// Refuses the type of the values, with what is `wanted` of others than pickles.
+    /// Refuses the type of the values; `wanted` says how to fix others than pickles.
     pub(crate) fn unsupported(&self, at: &str, wanted: &'static str) -> Error {
         let wanted = if self.is_pickled() { OBJECTS } else { wanted };
         Error::Dtype { at: at.into(), dtype: self.dtype.clone(), wanted }
@@ -236,11 +236,12 @@ impl Header {
 
     /// Reads the values as f32 in C order; the stream must end with them.
     pub(crate) fn read_f32(&self, reader: &mut dyn Read, at: &str, cap: Cap) -> Result<ArrayD<f32>> {
-        let big = self.big;
-        let not_f32 =
-            |flat: u64, value: String| Error::NotF32 { at: at.into(), index: self.index(flat), value };
+        let not_f32 = |flat: u64, value: String| {
+            let why = "does not fit f32 (integers to 2^24 = 16777216, floats to 3.4e38); rescale it or save it as f32";
+            self.refuse_value(at, flat, value, why.into())
+        };
         let float = |flat, b: [u8; 8]| {
-            let value = if big { f64::from_be_bytes(b) } else { f64::from_le_bytes(b) };
+            let value = f64::from_le_bytes(b);
             let short = value as f32;
             if value.is_finite() && short.is_infinite() {
                 return Err(not_f32(flat, format!("{value:e}")));
@@ -258,18 +259,16 @@ impl Header {
         let wanted = "samples are booleans, u8..u64, i8..i64, f16, f32 or f64: convert it, one array for all \
                       samples";
         let values = match (self.kind, self.size) {
-            (Some(Kind::Bool), _) => {
+            (Some(NumberKind::Bool), _) => {
                 self.values(reader, at, cap, |_, [b]: [u8; 1]| Ok(f32::from(u8::from(b != 0))))
             }
-            (Some(Kind::Float), 2) => self.values(reader, at, cap, |_, b| {
-                Ok(if big { f16::from_be_bytes(b) } else { f16::from_le_bytes(b) }.to_f32())
-            }),
-            (Some(Kind::Float), 4) => self.values(reader, at, cap, |_, b| {
-                Ok(if big { f32::from_be_bytes(b) } else { f32::from_le_bytes(b) })
-            }),
-            (Some(Kind::Float), _) => self.values(reader, at, cap, float),
-            (Some(Kind::Int), _) => self.integers(reader, at, cap, signed, unsigned),
-            (Some(Kind::Uint), _) => self.integers(reader, at, cap, signed, unsigned),
+            (Some(NumberKind::Float), 2) => {
+                self.values(reader, at, cap, |_, b| Ok(f16::from_le_bytes(b).to_f32()))
+            }
+            (Some(NumberKind::Float), 4) => self.values(reader, at, cap, |_, b| Ok(f32::from_le_bytes(b))),
+            (Some(NumberKind::Float), _) => self.values(reader, at, cap, float),
+            (Some(NumberKind::Int), _) => self.integers(reader, at, cap, signed, unsigned),
+            (Some(NumberKind::Uint), _) => self.integers(reader, at, cap, signed, unsigned),
             _ => return Err(self.unsupported(at, wanted)),
         }?;
         let axes: Vec<usize> = self.shape.iter().map(|axis| *axis as usize).collect();
@@ -279,7 +278,8 @@ impl Header {
         Ok(c_order(array))
     }
 
-    /// Reads integers or booleans, of a MATLAB file or with two axes also whole floats, as i64 in C order; the stream must end with them.
+    /// Reads integers or booleans as i64 in C order, and also whole floats from a MATLAB file or of two axes. The stream
+    /// must end with them.
     pub(crate) fn read_i64(
         &self,
         reader: &mut dyn Read,
@@ -289,46 +289,47 @@ impl Header {
     ) -> Result<Vec<i64>> {
         let signed = |_, v| Ok(v);
         let unsigned = |flat, v: u64| {
-            i64::try_from(v).map_err(|_| Error::NotI64 { at: at.into(), index: self.index(flat), value: v })
+            let why = "does not fit a signed 64-bit integer";
+            i64::try_from(v).map_err(|_| self.refuse_value(at, flat, v.to_string(), why.into()))
         };
         let values = match self.kind {
-            Some(Kind::Bool) => self.values(reader, at, cap, |_, [b]: [u8; 1]| Ok(i64::from(b != 0))),
-            Some(Kind::Int | Kind::Uint) => self.integers(reader, at, cap, signed, unsigned),
-            // One-hot labels are floats in many frameworks.
-            Some(Kind::Float) if self.matlab || self.shape.len() == 2 => self.whole(reader, at, cap, wanted),
+            Some(NumberKind::Bool) => self.values(reader, at, cap, |_, [b]: [u8; 1]| Ok(i64::from(b != 0))),
+            Some(NumberKind::Int | NumberKind::Uint) => self.integers(reader, at, cap, signed, unsigned),
+            // Many frameworks store one-hot labels as floats.
+            Some(NumberKind::Float) if self.matlab || self.shape.len() == 2 => {
+                self.whole(reader, at, cap, wanted)
+            }
             _ => return Err(self.unsupported(at, wanted)),
         }?;
         Ok(self.in_rows(values))
     }
 
-    /// Stored values of a table, or of a column, row by row.
+    /// Brings the stored values of a table, or of a column, into rows.
     pub(crate) fn in_rows<T: Clone>(&self, values: Vec<T>) -> Vec<T> {
         if self.fortran && self.shape.len() == 2 {
-            let (rows, columns) = (self.shape[0] as usize, self.shape[1] as usize);
-            return (0..values.len()).map(|i| values[(i % columns) * rows + i / columns].clone()).collect();
+            return by_rows(&values, self.shape[0] as usize, self.shape[1] as usize);
         }
         values
     }
 
-    /// Floats that are whole.
+    /// Reads floats that are whole.
     fn whole(&self, reader: &mut dyn Read, at: &str, cap: Cap, wanted: &'static str) -> Result<Vec<i64>> {
-        let big = self.big;
         let whole = |flat, value: f64| {
-            // Up to here every whole number has a float of its own.
+            // Up to 2^53 every whole number is a float.
             if value.fract() == 0.0 && value.abs() <= (1u64 << 53) as f64 {
                 return Ok(value as i64);
             }
-            let (at, index) = (at.into(), self.index(flat));
-            Err(Error::NotWhole { at, index, value: value.to_string(), wanted })
+            let why = format!("is not a whole number; {wanted}");
+            Err(self.refuse_value(at, flat, value.to_string(), why))
         };
         match self.size {
-            4 => self.values(reader, at, cap, |flat, b| {
-                whole(flat, f64::from(if big { f32::from_be_bytes(b) } else { f32::from_le_bytes(b) }))
-            }),
-            _ => self.values(reader, at, cap, |flat, b| {
-                whole(flat, if big { f64::from_be_bytes(b) } else { f64::from_le_bytes(b) })
-            }),
+            4 => self.values(reader, at, cap, |flat, b| whole(flat, f32::from_le_bytes(b).into())),
+            _ => self.values(reader, at, cap, |flat, b| whole(flat, f64::from_le_bytes(b))),
         }
+    }
+
+    fn refuse_value(&self, at: &str, flat: u64, value: String, why: String) -> Error {
+        Error::Value { at: at.into(), index: self.index(flat), value, why }
     }
 
     fn integers<T>(
@@ -339,16 +340,12 @@ impl Header {
         signed: impl Fn(u64, i64) -> Result<T>,
         unsigned: impl Fn(u64, u64) -> Result<T>,
     ) -> Result<Vec<T>> {
-        let big = self.big;
         macro_rules! as_type {
             ($type:ty, $convert:ident) => {
-                self.values(reader, at, cap, |flat, b| {
-                    let v = if big { <$type>::from_be_bytes(b) } else { <$type>::from_le_bytes(b) };
-                    $convert(flat, v.into())
-                })
+                self.values(reader, at, cap, |flat, b| $convert(flat, <$type>::from_le_bytes(b).into()))
             };
         }
-        match (self.kind == Some(Kind::Int), self.size) {
+        match (self.kind == Some(NumberKind::Int), self.size) {
             (true, 1) => as_type!(i8, signed),
             (true, 2) => as_type!(i16, signed),
             (true, 4) => as_type!(i32, signed),
@@ -360,7 +357,7 @@ impl Header {
         }
     }
 
-    /// Reads every value of `B` bytes and makes sure that nothing follows.
+    /// Reads every value of `B` bytes, the lowest first, and makes sure that nothing follows.
     fn values<T, const B: usize>(
         &self,
         reader: &mut dyn Read,
@@ -380,12 +377,15 @@ impl Header {
                 let got = done * B as u64 + got as u64;
                 return Err(Error::Truncated { at: at.into(), got, want });
             }
-            for bytes in buffer[..now * B].as_chunks::<B>().0 {
+            for bytes in buffer[..now * B].as_chunks_mut::<B>().0 {
+                if self.big {
+                    bytes.reverse();
+                }
                 values.push(convert(done, *bytes)?);
                 done += 1;
             }
         }
-        // The archive checks its sum only when read to the end.
+        // The archive checks its sum only when it is read to the end.
         if fill(reader, &mut [0], at)? != 0 {
             return Err(Error::Excess { at: at.into(), want, shape: self.shape.clone() });
         }
@@ -393,12 +393,13 @@ impl Header {
     }
 }
 
-fn fill(reader: &mut dyn Read, buffer: &mut [u8], at: &str) -> Result<usize> {
+/// Fills the buffer as far as the stream goes.
+pub(crate) fn fill(reader: &mut dyn Read, buffer: &mut [u8], at: &str) -> Result<usize> {
     read_up_to(reader, buffer)
         .map_err(|e| Error::Damaged { at: at.into(), why: e.to_string().to_lowercase() })
 }
 
-/// Fills the buffer as far as the stream goes.
+/// Fills the buffer as far as the stream goes, with the system's own error.
 pub(crate) fn read_up_to(reader: &mut dyn Read, buffer: &mut [u8]) -> io::Result<usize> {
     let mut filled = 0;
     while filled < buffer.len() {
@@ -412,7 +413,12 @@ pub(crate) fn read_up_to(reader: &mut dyn Read, buffer: &mut [u8]) -> io::Result
     Ok(filled)
 }
 
-/// The same array with its last axis running fastest.
+/// Returns the array with its last axis running fastest.
 pub(crate) fn c_order(x: ArrayD<f32>) -> ArrayD<f32> {
     if x.is_standard_layout() { x } else { x.as_standard_layout().into_owned() }
+}
+
+/// Brings values that lie column by column into rows.
+pub(crate) fn by_rows<T: Clone>(values: &[T], rows: usize, columns: usize) -> Vec<T> {
+    (0..values.len()).map(|i| values[(i % columns) * rows + i / columns].clone()).collect()
 }

@@ -1,11 +1,10 @@
-//! One `.npy` file as an array.
+//! Reads one `.npy` file as an array.
 
 use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 
 use ndarray::{ArrayD, Axis};
-use taxel_base::Layout;
 
 use crate::dataset::raw::{Raw, name_of};
 use crate::formats::npy::{Cap, Header, read_header};
@@ -25,7 +24,7 @@ impl Reader for NpyBatch {
 
     fn recognises(&self, place: &Place, _: &ReadOptions) -> bool {
         let Purpose::Predict { rank } = place.purpose else { return false };
-        // One that cannot be opened is refused when it is read.
+        // A file that cannot be opened is refused when it is read.
         Npy.takes(place.path)
             && open(place.path).map_or(true, |(_, _, header)| header.shape.len() == rank + 1)
     }
@@ -57,10 +56,6 @@ impl FileFormat for Npy {
         }
     }
 
-    fn layout(&self, _: usize) -> Option<Layout> {
-        None
-    }
-
     fn read(&self, path: &Path, options: &ReadOptions) -> Result<Sample> {
         let (file, mut reader, header) = open(path)?;
         sample::one(&header, &mut reader, &file, &options.limits)
@@ -75,8 +70,7 @@ pub(crate) fn array(path: &Path) -> Result<ArrayD<f32>> {
 
 fn open(path: &Path) -> Result<(String, BufReader<File>, Header)> {
     let file = path.display().to_string();
-    let handle = File::open(path).map_err(|e| Error::Io { file: file.clone(), kind: e.kind() })?;
-    let mut reader = BufReader::new(handle);
+    let mut reader = BufReader::new(File::open(path).map_err(Error::io(path))?);
     let header = read_header(&mut reader, &file)?;
     Ok((file, reader, header))
 }

@@ -1,6 +1,6 @@
-//! Texts in a NumPy array: `<U8` (UTF-32) and `|S8` (bytes).
+//! Reads texts in a NumPy array: `<U8` (UTF-32) and `|S8` (bytes).
 
-use crate::formats::npy::{Cap, Header, read_up_to};
+use crate::formats::npy::{Cap, Header, fill};
 use crate::{Error, Result};
 use std::io::Read;
 
@@ -9,7 +9,7 @@ const MAX_LENGTH: usize = 1 << 12;
 /// Most bytes of all texts together.
 const MAX_BYTES: u64 = 1 << 28;
 
-/// Bytes of a text and of a character; none for what is no text.
+/// Returns the bytes of a text and of a character; none for other types.
 fn sizes(dtype: &str) -> Option<(usize, usize)> {
     let width = match dtype.get(1..2)? {
         "U" => 4,
@@ -20,7 +20,7 @@ fn sizes(dtype: &str) -> Option<(usize, usize)> {
     (length <= MAX_LENGTH).then_some((length * width, width))
 }
 
-/// Whether an array holds texts.
+/// Checks whether an array holds texts.
 pub(crate) fn is_text(header: &Header) -> bool {
     sizes(&header.dtype).is_some()
 }
@@ -33,13 +33,12 @@ pub(crate) fn read(header: &Header, reader: &mut dyn Read, at: &str, cap: Cap) -
     let count = header.count(at, cap)?;
     let want = count.saturating_mul(size as u64);
     if want > MAX_BYTES {
-        let (limit, hint) = (MAX_BYTES / size.max(1) as u64, "save fewer or shorter texts");
-        return Err(Error::TooLarge { at: at.into(), shape: header.shape.clone(), limit, hint });
+        let cap = Cap { values: MAX_BYTES / size.max(1) as u64, hint: "save fewer or shorter texts" };
+        return Err(cap.too_large(at, &header.shape));
     }
-    let damaged = |e: std::io::Error| Error::Damaged { at: at.into(), why: e.to_string().to_lowercase() };
     let (mut texts, mut bytes) = (vec![], vec![0; size]);
     for done in 0..count {
-        let got = read_up_to(reader, &mut bytes).map_err(damaged)?;
+        let got = fill(reader, &mut bytes, at)?;
         if got < size {
             return Err(Error::Truncated { at: at.into(), got: done * size as u64 + got as u64, want });
         }
@@ -49,7 +48,7 @@ pub(crate) fn read(header: &Header, reader: &mut dyn Read, at: &str, cap: Cap) -
         };
         texts.push(text.trim_end_matches('\0').to_string());
     }
-    if read_up_to(reader, &mut [0]).map_err(damaged)? != 0 {
+    if fill(reader, &mut [0], at)? != 0 {
         return Err(Error::Excess { at: at.into(), want, shape: header.shape.clone() });
     }
     Ok(header.in_rows(texts))

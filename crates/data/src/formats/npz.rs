@@ -1,8 +1,8 @@
-//! A `.npz` archive: arrays by name.
+//! Reads `.npz` archives: arrays by name.
 
 use crate::dataset::raw::DATA;
-use crate::formats::archive::{self, NamedArrays, Take};
-use crate::formats::npy;
+use crate::formats::archive::{Archive, NamedArrays, Take};
+use crate::formats::npy::{self, Header};
 use crate::layout::arrays::ArrayFile;
 use crate::reader::Format;
 use crate::{Error, Result};
@@ -23,34 +23,35 @@ pub(crate) const NPZ: ArrayFile = ArrayFile {
     },
     inside: Some(DATA),
     recording: None,
-    open: |path| Archive::open(path).map(archive::Archive::new),
+    open: |path| Ok(Archive::new(path, NpzArchive::open(path)?)),
 };
 
 /// An open archive.
-struct Archive {
+struct NpzArchive {
     zip: ZipArchive<BufReader<File>>,
     /// Names of the arrays in the order in which they were saved.
     saved: Vec<String>,
 }
 
-impl Archive {
+impl NpzArchive {
     fn open(path: &Path) -> Result<Self> {
         let file = path.display().to_string();
-        let io = |e: std::io::Error| Error::Io { file: file.clone(), kind: e.kind() };
+        let io = Error::io(path);
         let mut start = Vec::new();
-        let open = File::open(path).map_err(io)?;
-        open.take(4).read_to_end(&mut start).map_err(io)?;
+        let open = File::open(path).map_err(&io)?;
+        open.take(4).read_to_end(&mut start).map_err(&io)?;
         if start.is_empty() {
             return Err(Error::EmptyFile { file });
         }
         let reader = BufReader::new(File::open(path).map_err(io)?);
         let refuse = |e: zip::result::ZipError| {
-            let (file, why) = (file.clone(), e.to_string().to_lowercase());
-            if start.starts_with(b"PK") {
-                Error::DamagedArchive { file, why }
+            let why = e.to_string().to_lowercase();
+            let reason = if start.starts_with(b"PK") {
+                format!("is cut short or damaged ({why}); copy it again")
             } else {
-                Error::NotAnArchive { file, why }
-            }
+                format!("is not a .npz archive ({why}); write it with numpy.savez")
+            };
+            Error::file(&file, reason)
         };
         let zip = ZipArchive::new(reader).map_err(refuse)?;
         let mut saved = vec![];
@@ -61,29 +62,14 @@ impl Archive {
     }
 }
 
-impl NamedArrays for Archive {
+impl NamedArrays for NpzArchive {
     fn saved(&self) -> Vec<String> {
         self.saved.clone()
     }
 
-    fn recordings(&self) -> Vec<String> {
-        let mut names = self.saved.clone();
-        names.sort();
-        names
-    }
-
-    fn described(&mut self) -> Vec<String> {
-        let mut all = vec![];
-        for name in self.recordings() {
-            let mut form = "(damaged)".to_string();
-            // What cannot be read is damaged, and said to be.
-            let _ = self.with(&name, "", &mut |header, _, _| {
-                form = header.described();
-                Ok(())
-            });
-            all.push(format!("{name} {form}"));
-        }
-        all
+    fn header(&mut self, array: &str) -> Option<Header> {
+        let mut entry = self.zip.by_name(&file_name_from_array_name(array)).ok()?;
+        npy::read_header(&mut entry, "").ok()
     }
 
     fn with(&mut self, array: &str, at: &str, take: Take) -> Result<()> {

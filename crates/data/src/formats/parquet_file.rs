@@ -1,4 +1,4 @@
-//! A Parquet file as a table of texts and numbers, row by row.
+//! Reads a Parquet file as a table of texts and numbers, row by row.
 
 use crate::formats::parquet_pages::Page;
 use crate::options::Limits;
@@ -15,46 +15,42 @@ use taxel_base::quiet::caught;
 
 /// Most bytes of the head of a page; smallest and largest values may be in it.
 const MAX_HEAD: usize = 1 << 18;
-/// Columns beyond which a file is damaged, and numbers of a column that holds lists.
+/// Most columns of a file that is not damaged, and most numbers of a column of lists.
 const MAX_COLUMNS: usize = 1 << 16;
 
-/// What the names of files end in.
+/// Endings of Parquet files.
 pub(crate) const ENDINGS: &[&str] = &["parquet", "pq"];
 
-/// A file that is sound as far as its heads say; closed while no rows are read, since a set may have thousands. A
-/// column of lists is as many columns as its first row has numbers.
+/// A file whose heads were checked. It is closed while no rows are read, since a set may have thousands. A column of lists
+/// is as many columns as its first row has numbers.
 pub(crate) struct ParquetFile {
     file: String,
     path: PathBuf,
-    /// Columns by name, and how many values each has in a row; none for a single one.
+    /// Columns by name, and the number of values of each in a row; none for a single one.
     columns: Vec<(String, Option<usize>)>,
-    /// As its heads say.
+    /// Number of rows, as its heads say.
     pub rows: usize,
-    /// Of the whole file.
+    /// Size of the file.
     pub bytes: usize,
 }
 
 impl ParquetFile {
-    /// Opens a file and reads what its columns are.
+    /// Opens a file and reads its columns.
     pub fn open(path: &Path, limits: &Limits) -> Result<Self> {
         let file = path.display().to_string();
-        let mut own = Self { file: file.clone(), path: path.into(), columns: vec![], rows: 0, bytes: 0 };
-        let reader = own.reader()?;
+        let mut opened = Self { file: file.clone(), path: path.into(), columns: vec![], rows: 0, bytes: 0 };
+        let reader = opened.reader()?;
         let rows = reader.metadata().file_metadata().num_rows();
         let samples = u64::try_from(rows).unwrap_or(u64::MAX);
         if samples > limits.max_values {
-            return Err(Error::TooLarge {
-                at: file,
-                shape: vec![samples],
-                limit: limits.max_values,
-                hint: "take fewer rows or raise limits.max_values",
-            });
+            let hint = "take fewer rows or raise limits.max_values";
+            return Err(limits.too_large(&file, &[samples as usize], hint));
         }
-        own.refuse_unlikely(&reader)?;
-        own.rows = usize::try_from(samples).unwrap_or(0);
-        own.bytes = path.metadata().map_or(0, |about| about.len() as usize);
+        opened.refuse_unlikely(&reader)?;
+        opened.rows = usize::try_from(samples).unwrap_or(0);
+        opened.bytes = path.metadata().map_or(0, |about| about.len() as usize);
         let mut columns = vec![];
-        own.fields(|_, fields| {
+        opened.fields(|_, fields| {
             columns = fields.iter().map(|(name, field)| (name.clone(), width(field))).collect();
             Ok(false)
         })?;
@@ -62,24 +58,24 @@ impl ParquetFile {
             let schema = reader.metadata().file_metadata().schema();
             columns = schema.get_fields().iter().map(|field| (field.name().to_string(), None)).collect();
         }
-        own.columns = columns;
-        match own.header().len() > MAX_COLUMNS {
-            true => Err(own.damaged(&format!("it has more than {MAX_COLUMNS} columns"))),
-            false => Ok(own),
+        opened.columns = columns;
+        if opened.header().len() > MAX_COLUMNS {
+            return Err(damaged(&file, &format!("it has more than {MAX_COLUMNS} columns")));
         }
+        Ok(opened)
     }
 
     fn reader(&self) -> Result<SerializedFileReader<Bounded>> {
-        let io = |e: std::io::Error| Error::Io { file: self.file.clone(), kind: e.kind() };
-        let file = File::open(&self.path).map_err(io)?;
-        let len = file.metadata().map_err(io)?.len();
+        let io = Error::io(&self.path);
+        let file = File::open(&self.path).map_err(&io)?;
+        let len = file.metadata().map_err(&io)?.len();
         match len {
             0 => Err(Error::EmptyFile { file: self.file.clone() }),
             _ => sound(&self.file, || SerializedFileReader::new(Bounded { file, len })),
         }
     }
 
-    /// Names of the columns; of lists with the place of each number, from 0.
+    /// Returns the names of the columns; those of lists with the place of each number, from 0.
     pub fn header(&self) -> Vec<String> {
         let of = |(name, width): &(String, Option<usize>)| match width {
             None => vec![name.clone()],
@@ -88,7 +84,7 @@ impl ParquetFile {
         self.columns.iter().flat_map(of).collect()
     }
 
-    /// Hands the cells of every row, and its number from 1, to `take` until it answers false.
+    /// Hands the cells of every row, and its number from 1, to `take` until it returns false.
     pub fn rows(&self, mut take: impl FnMut(u64, &csv::StringRecord) -> Result<bool>) -> Result<bool> {
         let (mut record, mut cell) = (csv::StringRecord::new(), String::new());
         self.fields(|row, fields| {
@@ -96,18 +92,18 @@ impl ParquetFile {
             for ((name, field), (column, wanted)) in fields.iter().zip(&self.columns) {
                 if name != column || width(field) != *wanted && !matches!(field, Field::Null) {
                     let wanted = wanted.map_or("one value".into(), |count| format!("{count} values"));
-                    return Err(self.refuse(format!(
-                        "row {row}: column {column:?} does not hold {wanted}, as the first row does"
-                    )));
+                    let why =
+                        format!("row {row}: column {column:?} does not hold {wanted}, as the first row does");
+                    return Err(Error::file(&self.file, why));
                 }
                 let single = std::slice::from_ref(field);
                 let cells = match field {
                     Field::ListInternal(list) => list.elements(),
                     _ => single,
                 };
-                for own in cells {
+                for value in cells {
                     cell.clear();
-                    write_cell(own, &mut cell);
+                    write_cell(value, &mut cell);
                     record.push_field(&cell);
                 }
                 if let (Field::Null, Some(count)) = (field, wanted) {
@@ -118,7 +114,7 @@ impl ParquetFile {
         })
     }
 
-    /// Hands the fields of every row to `take` until it answers false; whether it never did.
+    /// Hands the fields of every row to `take` until it returns false. Returns whether all rows were taken.
     fn fields(&self, mut take: impl FnMut(u64, &[(String, Field)]) -> Result<bool>) -> Result<bool> {
         let reader = self.reader()?;
         let mut rows = sound(&self.file, || reader.get_row_iter(None))?;
@@ -134,8 +130,8 @@ impl ParquetFile {
 
     /// Refuses pages that say more than their bytes can hold.
     fn refuse_unlikely(&self, reader: &SerializedFileReader<Bounded>) -> Result<()> {
-        let io = |e: std::io::Error| Error::Io { file: self.file.clone(), kind: e.kind() };
-        let mut handle = BufReader::new(File::open(&self.path).map_err(io)?);
+        let io = Error::io(&self.path);
+        let mut handle = BufReader::new(File::open(&self.path).map_err(&io)?);
         let mut bytes = vec![];
         for group in reader.metadata().row_groups() {
             let rows = u64::try_from(group.num_rows()).unwrap_or(0);
@@ -144,19 +140,19 @@ impl ParquetFile {
                 let rows = if column.column_descr().max_rep_level() == 0 { rows } else { 0 };
                 let (mut at, end) = (start, start.saturating_add(len));
                 while at < end {
-                    handle.seek(SeekFrom::Start(at)).map_err(io)?;
+                    handle.seek(SeekFrom::Start(at)).map_err(&io)?;
                     bytes.clear();
                     // Most heads are short.
                     for most in [256, MAX_HEAD] {
                         let more = (most as u64).min(end - at).saturating_sub(bytes.len() as u64);
-                        (&mut handle).take(more).read_to_end(&mut bytes).map_err(io)?;
+                        (&mut handle).take(more).read_to_end(&mut bytes).map_err(&io)?;
                         if Page::read(&bytes).is_some() {
                             break;
                         }
                     }
                     let page = Page::read(&bytes).filter(|page| page.is_likely(rows));
                     let page = page.ok_or_else(|| {
-                        self.damaged(&format!("its page at byte {at} cannot be what it says"))
+                        damaged(&self.file, &format!("its page at byte {at} cannot be what it says"))
                     })?;
                     at = at.saturating_add(page.head as u64).saturating_add(page.stored);
                 }
@@ -164,17 +160,13 @@ impl ParquetFile {
         }
         Ok(())
     }
-
-    fn damaged(&self, why: &str) -> Error {
-        Error::Parquet { file: self.file.clone(), why: why.into() }
-    }
-
-    fn refuse(&self, why: String) -> Error {
-        Error::Table { file: self.file.clone(), why }
-    }
 }
 
-/// How many numbers a list holds; none of a single value.
+fn damaged(file: &str, why: &str) -> Error {
+    Error::file(file, format!("is not readable as Parquet ({why}); copy it again or write it anew"))
+}
+
+/// Counts the numbers of a list; none of a single value.
 fn width(field: &Field) -> Option<usize> {
     match field {
         Field::ListInternal(list) => Some(list.len()),
@@ -182,23 +174,20 @@ fn width(field: &Field) -> Option<usize> {
     }
 }
 
-/// A value as CSV has it; what is neither text nor number is in brackets, and no number.
+/// Writes a value as in CSV; a value that is neither text nor number is in brackets.
 fn write_cell(field: &Field, out: &mut String) {
     // Writing to a text does not fail.
     let _ = match field {
         Field::Null => Ok(()),
-        Field::Bool(own) => write!(out, "{}", u8::from(*own)),
-        Field::Str(own) => write!(out, "{own}"),
-        Field::Float16(own) => write!(out, "{}", own.to_f32()),
-        Field::Float(own) => write!(out, "{own}"),
-        Field::Double(own) => write!(out, "{own}"),
-        Field::TimestampMillis(own)
-        | Field::TimestampMicros(own)
-        | Field::TimeMicros(own)
-        | Field::Long(own) => {
-            write!(out, "{own}")
+        Field::Bool(value) => write!(out, "{}", u8::from(*value)),
+        Field::Str(text) => out.write_str(text),
+        Field::Float16(value) => write!(out, "{}", value.to_f32()),
+        Field::Float(value) => write!(out, "{value}"),
+        Field::Double(value) => write!(out, "{value}"),
+        Field::TimestampMillis(value) | Field::TimestampMicros(value) | Field::TimeMicros(value) => {
+            write!(out, "{value}")
         }
-        Field::Date(own) | Field::TimeMillis(own) => write!(out, "{own}"),
+        Field::Date(value) | Field::TimeMillis(value) => write!(out, "{value}"),
         Field::Group(_) | Field::ListInternal(_) | Field::MapInternal(_) | Field::Bytes(_) => {
             write!(out, "[...]")
         }
@@ -206,14 +195,13 @@ fn write_cell(field: &Field, out: &mut String) {
     };
 }
 
-/// What the library answers, whatever it does.
+/// Runs the library, and turns its errors and panics into ours.
 fn sound<T>(file: &str, work: impl FnOnce() -> Result<T, ParquetError>) -> Result<T> {
-    let why = match caught(work) {
-        Some(Ok(value)) => return Ok(value),
-        Some(Err(e)) => e.to_string().to_lowercase(),
-        None => "it cannot be taken apart".into(),
-    };
-    Err(Error::Parquet { file: file.into(), why })
+    match caught(work) {
+        Some(Ok(value)) => Ok(value),
+        Some(Err(e)) => Err(damaged(file, &e.to_string().to_lowercase())),
+        None => Err(damaged(file, "it cannot be taken apart")),
+    }
 }
 
 /// A file of which no more is read than it has.
@@ -236,9 +224,9 @@ impl ChunkReader for Bounded {
     }
 
     fn get_bytes(&self, start: u64, length: usize) -> Result<Bytes, ParquetError> {
-        match start.checked_add(length as u64).is_some_and(|end| end <= self.len) {
-            true => self.file.get_bytes(start, length),
-            false => Err(ParquetError::EOF("it is cut short".into())),
+        if start.checked_add(length as u64).is_none_or(|end| end > self.len) {
+            return Err(ParquetError::EOF("it is cut short".into()));
         }
+        self.file.get_bytes(start, length)
     }
 }

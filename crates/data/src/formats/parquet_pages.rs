@@ -1,9 +1,9 @@
-//! What the pages of a Parquet file say of themselves, looked at before memory is claimed on their word.
+//! Reads the heads of the pages of a Parquet file, before memory is claimed on their word.
 //!
 //! After "Apache Parquet, Thrift definition", `PageHeader`, in Thrift's compact protocol: of each field the
 //! distance to its number and its type, numbers in groups of seven bits.
 
-/// Structs in structs, beyond which a header is damaged.
+/// Most structs in structs of a header that is not damaged.
 const MAX_DEPTH: usize = 16;
 /// Most values that a byte can stand for, beyond the first: deflate packs 1032 bytes into one at best.
 const PACKED: u64 = 1032;
@@ -41,13 +41,10 @@ impl Page {
         Some(page)
     }
 
-    /// Whether so many stored bytes can be what the head says; `rows` of one value each may be many equal ones.
+    /// Checks whether the stored bytes can hold what the head says; `rows` of one value each may be many equal ones.
     pub fn is_likely(&self, rows: u64) -> bool {
         let packed = self.stored.saturating_mul(PACKED).saturating_add(FEW);
-        let most = match self.is_dictionary {
-            true => self.unpacked,
-            false => packed.max(rows),
-        };
+        let most = if self.is_dictionary { self.unpacked } else { packed.max(rows) };
         self.unpacked <= packed && self.values <= most
     }
 }
@@ -76,10 +73,10 @@ impl Thrift<'_> {
         None
     }
 
-    /// Numbers below and above 0 take turns.
+    /// Reads a signed number: negative and positive ones alternate.
     fn signed(&mut self) -> Option<i64> {
-        let own = self.number()?;
-        Some((own >> 1) as i64 ^ -((own & 1) as i64))
+        let zigzag = self.number()?;
+        Some((zigzag >> 1) as i64 ^ -((zigzag & 1) as i64))
     }
 
     fn skip(&mut self, bytes: u64) -> Option<()> {
@@ -87,7 +84,7 @@ impl Thrift<'_> {
         (self.at <= self.bytes.len()).then_some(())
     }
 
-    /// The fields of a struct; `say` hears the whole numbers by the numbers of the fields that lead to them.
+    /// Reads the fields of a struct, and hands whole numbers to `say` with the path of field numbers that leads to them.
     fn fields(&mut self, depth: usize, say: &mut dyn FnMut(&[i64], i64)) -> Option<()> {
         if depth > MAX_DEPTH {
             return None;
@@ -120,7 +117,7 @@ impl Thrift<'_> {
             7 => self.skip(8),
             8 => self.number().and_then(|size| self.skip(size)),
             12 => self.fields(depth + 1, &mut |_, _| {}),
-            // Lists of anything are in no head of a page that is written today.
+            // No head of a page that is written today holds lists.
             _ => None,
         }
     }

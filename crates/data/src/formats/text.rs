@@ -1,4 +1,4 @@
-//! One text file, whole.
+//! Reads whole text files, and tables in them.
 
 use crate::options::Limits;
 use crate::{Error, Result};
@@ -9,18 +9,36 @@ use std::path::Path;
 /// Reads a text file, refusing large and non-UTF-8 ones.
 pub(crate) fn read_text(path: &Path, limits: &Limits) -> Result<String> {
     let file = path.display().to_string();
-    let io = |e: std::io::Error| Error::Io { file: file.clone(), kind: e.kind() };
-    let reader = File::open(path).map_err(io)?;
+    let reader = File::open(path).map_err(Error::io(path))?;
     let mut bytes = Vec::new();
     let limit = limits.max_file_bytes;
-    reader.take(limit.saturating_add(1)).read_to_end(&mut bytes).map_err(io)?;
+    reader.take(limit.saturating_add(1)).read_to_end(&mut bytes).map_err(Error::io(path))?;
     if bytes.len() as u64 > limit {
-        // Of a stream without a length, at least one byte more than allowed came.
+        // A stream has no length: at least one byte more than allowed came.
         let bytes = path.metadata().map_or(limit + 1, |data| data.len());
-        return Err(Error::FileTooLarge { at: file, bytes, limit });
+        let why = format!("has {bytes} bytes, more than the {limit} allowed; raise limits.max-file-bytes");
+        return Err(Error::file(file, why));
     }
     if bytes.is_empty() {
         return Err(Error::EmptyFile { file });
     }
-    String::from_utf8(bytes).map_err(|e| Error::NotUtf8 { file, byte: e.utf8_error().valid_up_to() })
+    String::from_utf8(bytes).map_err(|e| {
+        let byte = e.utf8_error().valid_up_to();
+        Error::file(file, format!("byte {byte} is not UTF-8; save it as plain text"))
+    })
+}
+
+/// Removes the mark of UTF-8 that some editors write before a text.
+pub(crate) fn without_mark(text: &str) -> &str {
+    text.strip_prefix('\u{feff}').unwrap_or(text)
+}
+
+/// Reads a table row by row; cells are trimmed, and without a header rows may have any number of them.
+pub(crate) fn csv_reader(text: &str, separator: u8, has_header: bool) -> csv::Reader<&[u8]> {
+    csv::ReaderBuilder::new()
+        .has_headers(has_header)
+        .flexible(!has_header)
+        .trim(csv::Trim::All)
+        .delimiter(separator)
+        .from_reader(without_mark(text).as_bytes())
 }

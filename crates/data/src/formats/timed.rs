@@ -1,102 +1,85 @@
-//! Recordings as they were read, row after row with their time stamps, on their way to samples.
+//! Recordings as they were read: rows with time stamps, which are brought to equal steps.
 
 use crate::formats::clock::Timing;
 use crate::length::ragged::Ragged;
 use crate::options::ReadOptions;
 use crate::{Error, Result};
 
-/// Values up to which a recording is turned by way of a copy; larger ones where they stand.
+/// Most values of a recording that is transposed through a copy; larger ones are transposed in place.
 const COPIED: usize = 1 << 18;
 
-/// Rows of numbers, recording after recording: one run of memory, so that samples need no second one.
+/// Rows of numbers, recording after recording, in one block of memory.
 #[derive(Debug, Default)]
 pub(crate) struct Timed {
-    /// Numbers in a row.
+    /// Number of values in a row.
     pub width: usize,
-    /// Rows of each recording.
+    /// Number of rows of each recording.
     pub rows: Vec<usize>,
-    /// In seconds, one for each row; none at all without a clock.
+    /// Time stamps in seconds, one for each row; empty without a clock.
     pub stamps: Vec<f64>,
     /// `[rows, width]`.
     pub values: Vec<f32>,
 }
 
 impl Timed {
-    /// Time stamps of each recording.
+    /// Returns the time stamps of each recording.
     pub fn stamps(&self) -> Vec<&[f64]> {
         let mut rest = self.stamps.as_slice();
         let next = |rows: &usize| {
-            let (own, after) = rest.split_at(rest.len().min(*rows));
+            let (stamps, after) = rest.split_at(rest.len().min(*rows));
             rest = after;
-            own
+            stamps
         };
         self.rows.iter().map(next).collect()
     }
 
-    /// Each recording at the equal steps of its `timing`, as `[width, time]`, or as `[time, shape]` where a row has a shape;
-    /// `at` names them in messages, `refuse` says what is wrong with their time stamps.
+    /// Brings each recording to the equal steps of its `timing`, as `[width, time]`, or as `[time, shape]` where a row has a
+    /// shape; `at` names them in messages.
     pub fn into_recordings(
         self,
         timing: Option<Timing>,
         shape: &[usize],
         at: &str,
         options: &ReadOptions,
-        refuse: impl Fn(String) -> Error,
     ) -> Result<Ragged> {
         let uneven = timing.filter(|timing| !timing.is_regular);
         if let Some(timing) = &uneven {
             let stamps = self.stamps();
             if let Some(why) = timing.gaps(&stamps) {
-                return Err(refuse(why));
+                return Err(Error::file(at, why));
             }
             let readings: f64 = stamps.iter().map(|times| timing.readings(times)).sum();
-            let (values, limit) = (readings * self.width as f64, options.limits.max_values);
-            if values > limit as f64 {
-                let hint = "take fewer recordings or raise limits.max_values";
-                return Err(Error::TooLarge { at: at.into(), shape: vec![values as u64], limit, hint });
-            }
+            options.limits.refuse_values(at, (readings * self.width as f64) as usize)?;
         }
-        Ok(match shape {
-            [] => self.into_series(uneven.as_ref()),
-            shape => self.into_sequences(uneven.as_ref(), shape),
-        })
-    }
-
-    /// Each recording as `[width, time]`; at equal steps where `uneven` says them.
-    fn into_series(self, uneven: Option<&Timing>) -> Ragged {
-        let (width, own) = (self.width, self.at_equal_steps(uneven));
-        let Self { rows, mut values, .. } = own;
+        let Self { rows, mut values, width, .. } = self.at_equal_steps(uneven);
+        if !shape.is_empty() {
+            return Ok(Ragged::of_lengths(values, [&[0], shape].concat(), 0, rows));
+        }
         let mut rest = values.as_mut_slice();
         for rows in &rows {
-            let (own, after) = rest.split_at_mut(rows * width);
-            turn(own, *rows, width);
+            let (recording, after) = rest.split_at_mut(rows * width);
+            transpose(recording, *rows, width);
             rest = after;
         }
-        Ragged::of_lengths(values, vec![width, 0], 1, rows)
+        Ok(Ragged::of_lengths(values, vec![width, 0], 1, rows))
     }
 
-    /// Each recording as `[time, shape]`, likewise.
-    fn into_sequences(self, uneven: Option<&Timing>, shape: &[usize]) -> Ragged {
-        let Self { rows, values, .. } = self.at_equal_steps(uneven);
-        Ragged::of_lengths(values, [&[0], shape].concat(), 0, rows)
-    }
-
-    fn at_equal_steps(self, uneven: Option<&Timing>) -> Self {
+    fn at_equal_steps(self, uneven: Option<Timing>) -> Self {
         let Some(timing) = uneven else { return self };
         let rows: Vec<usize> =
             self.stamps().into_iter().map(|stamps| timing.readings(stamps) as usize).collect();
         let mut values = Vec::with_capacity(rows.iter().sum::<usize>() * self.width);
         let mut rest = self.values.as_slice();
         for stamps in self.stamps() {
-            let (own, after) = rest.split_at(stamps.len() * self.width);
-            timing.resample(stamps, own, self.width, &mut values);
+            let (recording, after) = rest.split_at(stamps.len() * self.width);
+            timing.resample(stamps, recording, self.width, &mut values);
             rest = after;
         }
         Self { width: self.width, rows, stamps: vec![], values }
     }
 
-    /// Brings rows that were read in `runs` (a recording, and how many of its rows came together) into the order of
-    /// their recordings, where they stand.
+    /// Sorts rows by recording, in place. They were read in `runs`: a recording, and the number of its rows that came
+    /// together.
     pub fn sort(&mut self, runs: &[(usize, usize)]) {
         let mut next: Vec<usize> =
             self.rows.iter().scan(0, |at, rows| Some(std::mem::replace(at, *at + rows))).collect();
@@ -119,29 +102,26 @@ impl Timed {
     }
 }
 
-/// `[rows, width]` becomes `[width, rows]`.
-fn turn(values: &mut [f32], rows: usize, width: usize) {
+/// Transposes `[rows, width]` to `[width, rows]`.
+fn transpose(values: &mut [f32], rows: usize, width: usize) {
     if rows < 2 || width < 2 {
         return;
     }
-    // Places are reckoned in 64 bits, which products of two larger numbers do not fit.
+    // In place, positions are products in 64 bits, which larger numbers would overflow.
     if values.len() <= COPIED || u32::try_from(values.len()).is_err() {
         let copy = values.to_vec();
-        for (own, value) in values
-            .chunks_exact_mut(rows)
-            .enumerate()
-            .flat_map(|(column, own)| own.iter_mut().zip(copy.iter().skip(column).step_by(width)))
-        {
-            *own = *value;
+        for (column, out) in values.chunks_exact_mut(rows).enumerate() {
+            let from = copy.iter().skip(column).step_by(width);
+            out.iter_mut().zip(from).for_each(|(out, value)| *out = *value);
         }
         return;
     }
-    turn_in_place(values, rows);
+    transpose_in_place(values, rows);
 }
 
-/// The same where they stand. The value at i goes to i · rows mod (len − 1), and what stood there goes on likewise
-/// until the circle closes; the first and the last stay.
-fn turn_in_place(values: &mut [f32], rows: usize) {
+/// Transposes in place. The value at i goes to i · rows mod (len − 1), the value there goes on likewise until the circle
+/// closes; the first and the last stay.
+fn transpose_in_place(values: &mut [f32], rows: usize) {
     let last = values.len() - 1;
     let mut is_placed = vec![0u64; values.len().div_ceil(64)];
     for start in 1..last {
@@ -171,10 +151,10 @@ mod tests {
             let want: Vec<f32> =
                 (0..width).flat_map(|c| (0..rows).map(move |t| (t * width + c) as f32)).collect();
             let (mut copied, mut placed) = (values.clone(), values);
-            turn(&mut copied, rows, width);
+            transpose(&mut copied, rows, width);
             assert_eq!(copied, want);
             if rows > 1 && width > 1 {
-                turn_in_place(&mut placed, rows);
+                transpose_in_place(&mut placed, rows);
                 assert_eq!(placed, want);
             }
         }

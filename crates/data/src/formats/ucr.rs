@@ -1,11 +1,11 @@
-//! Time series of the UCR and UEA archives: `<name>_TRAIN` and `<name>_TEST`, as `.ts`, `.arff` or plain text.
+//! Reads time series of the UCR and UEA archives: `<name>_TRAIN` and `<name>_TEST`, as `.ts`, `.arff` or plain text.
 
 use crate::dataset::labels::by_name;
-use crate::dataset::raw::DATA;
-use crate::dataset::raw::{Names, Raw};
+use crate::dataset::raw::{DATA, Names, Raw};
 use crate::formats::arff;
 use crate::formats::case::{Case, number};
 use crate::formats::text::read_text;
+use crate::layout::listing::new_position;
 use crate::layout::names_file;
 use crate::length::ragged::Collected;
 use crate::options::{ReadOptions, refuse_set};
@@ -34,7 +34,7 @@ impl Reader for Ucr {
     }
 
     fn recognises(&self, place: &Place, _: &ReadOptions) -> bool {
-        find(place.path).is_some()
+        names_pair(place.path)
     }
 
     fn read(&self, place: &Place, options: &ReadOptions) -> Result<Raw> {
@@ -43,19 +43,19 @@ impl Reader for Ucr {
     }
 }
 
+/// Checks whether a path names the two files of a data set without their endings: `GunPoint`.
+pub(crate) fn names_pair(path: &Path) -> bool {
+    find(path).is_some()
+}
+
 /// The two files of a data set, and its name.
 struct Pair {
     name: String,
     files: [PathBuf; 2],
 }
 
-/// Checks whether a path names the two files of a data set without their endings: `GunPoint`.
-pub(crate) fn names_pair(path: &Path) -> bool {
-    find(path).is_some()
-}
-
-/// The data set that `path` names: `GunPoint`, `GunPoint_TRAIN.ts` or `GunPoint_TEST.ts`, or the folder that
-/// holds both files, which are named like it or are the only ones.
+/// Finds the data set that `path` names: `GunPoint`, `GunPoint_TRAIN.ts` or `GunPoint_TEST.ts`, or the folder that holds
+/// both files, which are named like it or are the only ones.
 fn find(path: &Path) -> Option<Pair> {
     if path.is_dir() {
         return inside(path).filter(|_| !path.join(DATA).is_file());
@@ -66,10 +66,10 @@ fn find(path: &Path) -> Option<Pair> {
     pair(path.parent()?, base)
 }
 
-/// The data set in a folder.
+/// Finds the data set in a folder.
 fn inside(folder: &Path) -> Option<Pair> {
-    let own = folder.canonicalize().ok()?;
-    if let Some(found) = pair(folder, own.file_name()?.to_str()?) {
+    let named = folder.canonicalize().ok()?;
+    if let Some(found) = pair(folder, named.file_name()?.to_str()?) {
         return Some(found);
     }
     let names =
@@ -106,19 +106,31 @@ fn pair(folder: &Path, name: &str) -> Option<Pair> {
 /// - other endings: one case a line, its class first, parted by blanks, tabs or commas; one channel.
 fn read(path: &Path, pair: &Pair, options: &ReadOptions) -> Result<Raw> {
     let file = path.display().to_string();
-    refuse_options(&file, options)?;
+    let set = [
+        ("x", options.names_x()),
+        ("y", options.names_y()),
+        ("group", options.group.is_some()),
+        ("group_block", options.group_block.is_some()),
+        ("resize", options.resize.is_some()),
+        ("test", options.test.is_some()),
+        ("test_above", options.test_above.is_some()),
+    ];
+    refuse_set(&file, &set, "does not apply to a pair of _TRAIN and _TEST files; leave it out")?;
     let mut collected = Collected::new(&file, options.limits);
     let (mut names, mut origins, mut test) = (vec![], vec![], vec![]);
     for (part, path) in pair.files.iter().enumerate() {
-        let own = path.display().to_string();
+        let file = path.display().to_string();
         let before = names.len();
         let short = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let mut take = |case: Case| {
             let at = format!("{short}[{}]", names.len() - before);
             let shape = [case.channels.len(), case.channels.first().map_or(0, Vec::len)];
             if case.channels.iter().any(|channel| channel.len() != shape[1]) {
-                let lengths = case.channels.iter().map(Vec::len).collect();
-                return Err(Error::ChannelLengths { at: format!("{own}: {at}"), lengths });
+                let lengths: Vec<usize> = case.channels.iter().map(Vec::len).collect();
+                let why = format!(
+                    "its channels have {lengths:?} values; give all channels of a case the same length"
+                );
+                return Err(Error::file(format!("{file}: {at}"), why));
             }
             let hint = " but for time";
             collected.push(&at, &shape, &case.channels.concat(), Some(1), hint)?;
@@ -129,51 +141,36 @@ fn read(path: &Path, pair: &Pair, options: &ReadOptions) -> Result<Raw> {
         };
         let text = read_text(path, &options.limits)?;
         match path.extension().and_then(|ending| ending.to_str()) {
-            Some("ts") => read_ts(&text, &own, &mut take)?,
-            Some("arff") => arff::read(&text, &own, &mut take)?,
-            _ => read_plain(&text, &own, &mut take)?,
+            Some("ts") => read_ts(&text, &file, &mut take)?,
+            Some("arff") => arff::read(&text, &file, &mut take)?,
+            _ => read_plain(&text, &file, &mut take)?,
         }
         if names.len() == before {
-            return Err(Error::NoSamples { at: own });
+            return Err(Error::NoSamples { at: file });
         }
     }
     let x = collected.finish().ok_or_else(|| Error::NoSamples { at: file.clone() })?;
     let (mut classes, mut y) = by_name(names);
     let beside = [format!("{}.classes.json", pair.name), names_file::NAMES.into()];
-    let beside = beside.map(|own| pair.files[0].with_file_name(own));
+    let beside = beside.map(|name| pair.files[0].with_file_name(name));
     let (order, facts) = names_file::of_named(&beside, &classes, &options.limits)?;
     if let Some(order) = order {
-        y = y.into_iter().map(|label| position(&order, label)).collect();
+        y = y.into_iter().map(|label| new_position(&order, label as usize) as u32).collect();
         classes = order.iter().map(|class| classes[*class].clone()).collect();
     }
-    let names = Names { file: file.clone(), columns: vec![classes], is_told: true };
-    let hashes = x.hashes();
-    Ok(Raw::new(pair.name.clone(), file, x, origins)
-        .stored_as("text", Some(Layout::Series))
-        .called("the series", "the classes")
-        .with_labels(y.into_iter().map(i64::from).collect(), 1, Some(names))
-        .with_facts(facts)
-        .with_official(Some(("the _TEST file".into(), test)))
-        .with_hashes(hashes))
-}
-
-/// Where a label comes in another order.
-fn position(order: &[usize], label: u32) -> u32 {
-    order.iter().position(|class| *class == label as usize).map_or(label, |at| at as u32)
-}
-
-fn refuse_options(file: &str, options: &ReadOptions) -> Result<()> {
-    let set = [
-        ("x", options.names_x()),
-        ("y", options.names_y()),
-        ("group", options.group.is_some()),
-        ("group_block", options.group_block.is_some()),
-        ("resize", options.resize.is_some()),
-        ("test", options.test.is_some()),
-        ("test_above", options.test_above.is_some()),
-    ];
-    let why = "does not apply to a pair of _TRAIN and _TEST files; leave it out";
-    refuse_set(file, &set, why)
+    let names = Names { file: file.clone(), columns: vec![classes], is_given: true };
+    Ok(Raw {
+        dtype: "text".into(),
+        format: Some(Layout::Series),
+        x_name: "the series".into(),
+        y_name: "the classes".into(),
+        y: y.into_iter().map(i64::from).collect(),
+        names: Some(names),
+        facts,
+        official: Some(("the _TEST file".into(), test)),
+        row_hash: x.hashes(),
+        ..Raw::new(pair.name.clone(), file, x, origins)
+    })
 }
 
 fn read_ts(text: &str, file: &str, take: &mut dyn FnMut(Case) -> Result<()>) -> Result<()> {
@@ -184,8 +181,7 @@ fn read_ts(text: &str, file: &str, take: &mut dyn FnMut(Case) -> Result<()>) -> 
         let mut parts: Vec<&str> = line.split(':').collect();
         let class = parts.pop().unwrap_or_default().trim().to_string();
         if parts.is_empty() || class.is_empty() {
-            let (file, line) = (file.into(), i as u64);
-            return Err(Error::NoClass { file, line });
+            return Err(Error::NoClass { file: file.into(), line: i as u64 });
         }
         let mut column = 0;
         let channel = |part: &&str| -> Result<Vec<f32>> {

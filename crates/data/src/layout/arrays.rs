@@ -1,18 +1,18 @@
 //! Samples, labels and groups by name, from a file of named arrays.
 
 use crate::dataset::labels::by_name;
-use crate::dataset::raw::{Facts, Names, Raw, name_of};
-use crate::dataset::spec_of::time_axis;
+use crate::dataset::raw::{NamedColumn, Names, Raw, SampleFacts, name_of};
+use crate::dataset::spec_of::likeliest_layout;
 use crate::dataset::targets::{Quantity, Values};
 use crate::formats::archive::Archive;
 use crate::formats::npy::{Cap, Header};
-use crate::formats::stored::{Column, Stored, column};
+use crate::formats::stored::{Column, StoredValues, column, columns, parts_differ};
 use crate::layout::files;
 use crate::layout::names_file;
-use crate::layout::roles::{Roles, Samples, Unclear};
+use crate::layout::roles::{Roles, SampleArrays, Unclear};
 use crate::layout::sample;
 use crate::length::ragged::{Collected, Ragged};
-use crate::options::{Limits, ReadOptions};
+use crate::options::{Limits, ReadOptions, refuse_set};
 use crate::reader::{FileFormat, Format, Place, Purpose, Reader, Sample};
 use crate::{Error, Result};
 use std::path::{Path, PathBuf};
@@ -23,12 +23,12 @@ pub(crate) struct ArrayFile {
     pub format: &'static Format,
     /// The name of the file that is the whole set of its folder.
     pub inside: Option<&'static str>,
-    /// Of a format whose files in a folder are one recording each.
+    /// The form of a recording, where files in a folder are one recording each.
     pub recording: Option<OneArray>,
     pub open: fn(&Path) -> Result<Archive>,
 }
 
-/// Says what a file is that is one recording: one array of it.
+/// How messages speak of a file that is one recording.
 pub(crate) struct OneArray {
     pub name: &'static str,
     pub hint: &'static str,
@@ -46,7 +46,7 @@ impl Reader for ArrayFile {
     fn read(&self, place: &Place, options: &ReadOptions) -> Result<Raw> {
         match place.purpose {
             Purpose::Predict { rank } if self.is_one_recording(place.path, options, rank) => {
-                files::alone(place, options)
+                files::read_one(place, options)
             }
             _ => {
                 let path = self.set_at(place.path).unwrap_or_else(|| place.path.to_path_buf());
@@ -69,10 +69,6 @@ impl FileFormat for ArrayFile {
         self.format
     }
 
-    fn layout(&self, _: usize) -> Option<Layout> {
-        None
-    }
-
     fn hint(&self) -> &'static str {
         self.recording.as_ref().map_or("", |one| one.hint)
     }
@@ -82,20 +78,22 @@ impl FileFormat for ArrayFile {
     }
 
     fn read(&self, path: &Path, options: &ReadOptions) -> Result<Sample> {
-        let file = path.display().to_string();
         let mut archive = (self.open)(path)?;
-        let (held, described) = (archive.recordings(), archive.described());
+        let held = archive.recordings();
         let name = match held.as_slice() {
             [one] => one.clone(),
             _ if held.iter().any(|name| name == options.x()) => options.x().to_string(),
-            _ => return Err(Error::missing(&file, options.x(), &described, "x")),
+            _ => {
+                let described = archive.described();
+                return Err(Error::missing(&archive.file, options.x(), &described, "x"));
+            }
         };
-        archive.with(&file, &name, "x", |header, reader, at| sample::one(header, reader, at, &options.limits))
+        archive.with(&name, "x", |header, reader, at| sample::one(header, reader, at, &options.limits))
     }
 }
 
 impl ArrayFile {
-    /// The file of arrays at a path: itself, or the one in the folder.
+    /// Returns the file of arrays at a path: itself, or the one in the folder.
     fn set_at(&self, path: &Path) -> Option<PathBuf> {
         if self.format.names(path) && path.is_file() {
             return Some(path.to_path_buf());
@@ -103,213 +101,206 @@ impl ArrayFile {
         self.inside.map(|name| path.join(name)).filter(|path| path.is_file())
     }
 
-    /// Whether a file holds one recording of `rank` axes and not a set of them.
+    /// Checks whether a file holds one recording of `rank` axes and not a set of them.
     fn is_one_recording(&self, path: &Path, options: &ReadOptions, rank: usize) -> bool {
         if self.recording.is_none() {
             return false;
         }
         let Ok(mut archive) = (self.open)(path) else { return false };
-        match Roles::of(&archive.saved(), options, false, |labels| archive.entries(labels)) {
-            Ok(Roles { x: Samples::One(x), y: None, .. }) => archive.shape(&x).len() == rank,
+        let saved = archive.saved.clone();
+        match Roles::of(&saved, options, false, |labels| archive.entries(labels)) {
+            Ok(Roles { x: SampleArrays::One(x), y: None, .. }) => archive.shape(&x).len() == rank,
             Ok(_) => false,
             Err(_) => true,
         }
     }
 }
 
-/// Reads the arrays that `options` names; labels and groups stay as stored, and where there need be none `y` is empty.
+/// Reads the arrays that `options` names. Labels and groups stay as stored; `y` is empty where there are no labels.
 fn read(path: &Path, mut archive: Archive, options: &ReadOptions, needs_labels: bool) -> Result<Raw> {
-    let file = path.display().to_string();
-    if options.resize.is_some() {
-        let why = "applies to a folder of PNG or JPEG files only; leave it out";
-        return Err(Error::Option { file, option: "resize", why });
-    }
-    let (names, facts) = names_file::beside(path, &options.limits)?;
-    let options = &said(options, &facts);
-    let roles = Roles::of(&archive.saved(), options, needs_labels, |labels| archive.entries(labels));
-    let roles = roles.map_err(|unclear| refuse(&file, &mut archive, unclear))?;
-    let Read { x, dtype, origins, official } =
-        read_samples(&mut archive, &file, &roles.x, facts.layout, options)?;
-    let origins = told_origins(&facts, &file, origins)?;
+    let file = archive.file.clone();
+    let why = "applies to a folder of PNG or JPEG files only; leave it out";
+    refuse_set(&file, &[("resize", options.resize.is_some())], why)?;
+    let (names, facts) = names_file::beside(path, true, &options.limits)?;
+    let options = &with_facts(options, &facts);
+    let saved = archive.saved.clone();
+    let roles = Roles::of(&saved, options, needs_labels, |labels| archive.entries(labels));
+    let roles = roles.map_err(|unclear| refuse(&mut archive, unclear))?;
+    let ReadSamples { x, dtype, origins, official } =
+        read_samples(&mut archive, &roles.x, facts.layout, options)?;
+    let origins = given_origins(&facts, &file, origins)?;
     let values = match &roles.y {
-        Some(arrays) => read_values(&mut archive, &file, arrays, &facts, &options.limits)?,
+        Some(arrays) => read_values(&mut archive, arrays, &facts, &options.limits)?,
         None => None,
     };
     let labels = match roles.y.as_ref().filter(|_| values.is_none()) {
-        Some(arrays) => read_labels(&mut archive, &file, arrays, names.as_ref(), options, x.len())?,
-        None => Labels { values: vec![], columns: 1, names: None },
+        Some(arrays) => read_labels(&mut archive, arrays, names.as_ref(), options, x.len())?,
+        None => StoredLabels { values: vec![], columns: 1, names: None },
     };
-    let groups = read_groups(&mut archive, &file, &roles, options)?;
+    let groups = read_groups(&mut archive, &roles, options)?;
     let official = match official {
         Some(marks) => Some(marks),
-        None => read_official(&mut archive, &file, options)?,
+        None => read_official(&mut archive, options)?,
     };
     let mut used: Vec<&String> = roles.y.iter().chain(&roles.group).flatten().chain(&options.test).collect();
     let x_name = match &roles.x {
-        Samples::One(x) => {
+        SampleArrays::One(x) => {
             used.push(x);
             x.clone()
         }
-        Samples::Split(both) => {
+        SampleArrays::Split(both) => {
             used.extend(both);
             both.join(" with ")
         }
-        Samples::Each(each) => {
+        SampleArrays::Each(each) => {
             used.extend(each);
             "the other arrays".into()
         }
     };
-    let others = archive.arrays().iter().filter(|name| !used.contains(name)).cloned().collect();
+    let others = archive.arrays.iter().filter(|name| !used.contains(name)).cloned().collect();
     let y_name = roles.y.map_or_else(|| options.y().to_string(), |arrays| arrays.join(" with "));
-    let hashes = x.hashes();
-    Ok(Raw::new(name_of(path), file, x, origins)
-        .stored_as(dtype, None)
-        .called(x_name, y_name)
-        .with_labels(labels.values, labels.columns, names.or(labels.names))
-        .with_values(values)
-        .with_facts(facts)
-        .with_groups(groups)
-        .with_official(official)
-        .with_hashes(hashes)
-        .passing_over(others, vec![]))
+    Ok(Raw {
+        dtype,
+        x_name,
+        y_name,
+        y: labels.values,
+        columns: labels.columns,
+        names: names.or(labels.names),
+        values,
+        facts,
+        groups,
+        official,
+        row_hash: x.hashes(),
+        others,
+        ..Raw::new(name_of(path), file, x, origins)
+    })
 }
 
-/// The options, and where they do not name the arrays of groups and marks, what the file of names says.
-fn said(options: &ReadOptions, facts: &Facts) -> ReadOptions {
-    let own = options.clone();
-    let or = |told: Option<String>, fact: &Option<String>| told.or_else(|| fact.clone());
-    ReadOptions { group: or(own.group, &facts.group_array), test: or(own.test, &facts.test_array), ..own }
+/// Takes from the file of names which arrays are groups and marks, where the options do not say it.
+fn with_facts(options: &ReadOptions, facts: &SampleFacts) -> ReadOptions {
+    let options = options.clone();
+    let or = |given: Option<String>, fact: &Option<String>| given.or_else(|| fact.clone());
+    let (group, test) = (or(options.group, &facts.group_array), or(options.test, &facts.test_array));
+    ReadOptions { group, test, ..options }
 }
 
-/// Where samples come from, as the file of names says, or else as they are numbered.
-fn told_origins(facts: &Facts, file: &str, numbered: Vec<String>) -> Result<Vec<String>> {
+/// Returns the origins of samples that the file of names gives, or else the numbered ones.
+fn given_origins(facts: &SampleFacts, file: &str, numbered: Vec<String>) -> Result<Vec<String>> {
     match &facts.origins {
         None => Ok(numbered),
-        Some(told) if told.len() == numbered.len() => Ok(told.clone()),
-        Some(told) => Err(Error::Length {
+        Some(given) if given.len() == numbered.len() => Ok(given.clone()),
+        Some(given) => Err(Error::Length {
             file: file.into(),
             array: format!("origins of {}", facts.file),
-            len: told.len(),
+            len: given.len(),
             x: "x".into(),
             samples: numbered.len(),
         }),
     }
 }
 
-/// What the file holds, where a role is unclear.
-fn refuse(file: &str, archive: &mut Archive, unclear: Unclear) -> Error {
+/// Says what the file holds, where a role is unclear.
+fn refuse(archive: &mut Archive, unclear: Unclear) -> Error {
     let Unclear { array, option, several } = unclear;
+    let (file, held) = (archive.file.clone(), archive.described());
     if several.is_empty() {
-        return Error::missing(file, &array, &archive.described(), option);
+        return Error::missing(&file, &array, &held, option);
     }
-    let (file, held) = (file.to_string(), archive.described().join(", "));
-    Error::AmbiguousArray { file, option, several: several.join(", "), held }
+    let (several, held) = (several.join(", "), held.join(", "));
+    let how = format!("name yours with {option} = \"...\": it holds {held}");
+    Error::file(file, format!("{several} could each be {option}; {how}"))
 }
 
-/// Samples, their stored type, where each comes from, and which the file itself marks for testing.
-struct Read {
+/// Samples with their stored type and origins, and the marks of those that the file itself keeps for testing.
+struct ReadSamples {
     x: Ragged,
     dtype: String,
     origins: Vec<String>,
-    official: Option<(String, Vec<i64>)>,
+    official: Option<NamedColumn>,
 }
 
 fn read_samples(
     archive: &mut Archive,
-    file: &str,
-    samples: &Samples,
+    samples: &SampleArrays,
     layout: Option<Layout>,
     options: &ReadOptions,
-) -> Result<Read> {
+) -> Result<ReadSamples> {
     let numbered = |name: &str, x: &Ragged| (0..x.len()).map(|i| format!("{name}[{i}]")).collect::<Vec<_>>();
     match samples {
-        Samples::One(name) => {
-            let (x, dtype) = read_array(archive, file, name, &options.limits)?;
-            Ok(Read { origins: numbered(name, &x), x, dtype, official: None })
+        SampleArrays::One(name) => {
+            let (x, dtype) = read_array(archive, name, &options.limits)?;
+            Ok(ReadSamples { origins: numbered(name, &x), x, dtype, official: None })
         }
-        Samples::Split([train, test]) => {
-            if options.test.is_some() {
-                let why =
-                    "names a split, but the file has its own, a training and a test array; leave it out";
-                return Err(Error::Option { file: file.into(), option: "test", why });
-            }
-            let (x, dtype) = read_array(archive, file, train, &options.limits)?;
-            let (tested, _) = read_array(archive, file, test, &options.limits)?;
+        SampleArrays::Split([train, test]) => {
+            let why = "names a split, but the file has its own, a training and a test array; leave it out";
+            refuse_set(&archive.file, &[("test", options.test.is_some())], why)?;
+            let (x, dtype) = read_array(archive, train, &options.limits)?;
+            let (tested, _) = read_array(archive, test, &options.limits)?;
             let origins = [numbered(train, &x), numbered(test, &tested)].concat();
             let marks = [vec![0; x.len()], vec![1; tested.len()]].concat();
             let x = x.joined(tested).map_err(|[first_shape, shape]| Error::SampleShape {
-                file: format!("{file}: {test}"),
+                file: archive.at(test),
                 shape,
                 first: train.clone(),
                 first_shape,
                 hint: "; training and test samples are of one shape",
             })?;
-            Ok(Read { x, dtype, origins, official: Some((test.clone(), marks)) })
+            Ok(ReadSamples { x, dtype, origins, official: Some((test.clone(), marks)) })
         }
-        Samples::Each(names) => {
-            let mut collected = Collected::new(file, options.limits);
+        SampleArrays::Each(names) => {
+            let mut collected = Collected::new(&archive.file, options.limits);
             let mut dtype = String::new();
             for name in names {
-                let own = archive.with(file, name, "x", |header, reader, at| {
-                    sample::one(header, reader, at, &options.limits)
-                })?;
-                let time = time_axis(options.layout, layout, None, &own.dtype, &own.shape);
-                let at = format!("{file}: {name}");
-                collected.push(&at, &own.shape, &own.values, time, " but for time")?;
+                let sample = archive
+                    .with(name, "x", |header, reader, at| sample::one(header, reader, at, &options.limits))?;
+                let time = likeliest_layout([options.layout, layout, None], &sample.dtype, &sample.shape)
+                    .time_axis();
+                let at = archive.at(name);
+                collected.push(&at, &sample.shape, &sample.values, time, " but for time")?;
                 if dtype.is_empty() {
-                    dtype = own.dtype;
+                    dtype = sample.dtype;
                 }
             }
-            let x = collected.finish().ok_or_else(|| Error::NoSamples { at: file.into() })?;
-            Ok(Read { x, dtype, origins: names.clone(), official: None })
+            let x = collected.finish().ok_or_else(|| Error::NoSamples { at: archive.file.clone() })?;
+            Ok(ReadSamples { x, dtype, origins: names.clone(), official: None })
         }
     }
 }
 
-/// Samples `[N, ...]` and the type that they are stored in; no axis is empty.
-fn read_array(archive: &mut Archive, file: &str, name: &str, limits: &Limits) -> Result<(Ragged, String)> {
-    archive.with(file, name, "x", |header, reader, at| {
+/// Reads samples `[N, ...]` and the type that they are stored in; no axis is empty.
+fn read_array(archive: &mut Archive, name: &str, limits: &Limits) -> Result<(Ragged, String)> {
+    archive.with(name, "x", |header, reader, at| {
         sample_shape(header, at, limits)?;
         Ok((header.read_f32(reader, at, Cap::of_samples(limits))?.into(), header.dtype.clone()))
     })
 }
 
-/// Reads targets that are stored as floats; none where they are stored otherwise. They are never taken for labels. MATLAB
-/// stores labels as floats too: there they are labels.
+/// Reads targets that are stored as floats; none where they are stored otherwise. MATLAB stores labels as floats too:
+/// there they are labels.
 fn read_values(
     archive: &mut Archive,
-    file: &str,
     arrays: &[String],
-    facts: &Facts,
+    facts: &SampleFacts,
     limits: &Limits,
 ) -> Result<Option<Values>> {
-    if archive.counts_from_one() {
+    if archive.counts_from_one {
         return Ok(None);
     }
     let (mut all, mut width) = (vec![], None);
     for array in arrays {
-        let read = archive.with(file, array, "y", |header, reader, at| {
+        let read = archive.with(array, "y", |header, reader, at| {
             if !header.dtype.contains('f') {
                 return Ok(None);
             }
-            let shape = header.shape.clone();
-            let columns = match shape[..] {
-                [_] => 1,
-                [_, columns] if columns > 0 => columns as usize,
-                _ => {
-                    return Err(Error::Shape {
-                        at: at.into(),
-                        shape,
-                        wanted: "values are [N], or [N, k] of k quantities",
-                    });
-                }
+            let Some(columns) = columns(&header.shape) else {
+                let (at, shape) = (at.into(), header.shape.clone());
+                return Err(Error::Shape { at, shape, wanted: "values are [N], or [N, k] of k quantities" });
             };
             Ok(Some((columns, header.read_f32(reader, at, Cap::of_labels(limits))?)))
         })?;
         let Some((columns, values)) = read else { return Ok(None) };
         if *width.get_or_insert(columns) != columns {
-            let (first, second) = (arrays[0].clone(), array.clone());
-            return Err(Error::Parts { file: file.into(), first, second });
+            return Err(parts_differ(archive, arrays, array));
         }
         all.extend(values);
     }
@@ -317,8 +308,8 @@ fn read_values(
     Ok(Some(Values::new(quantities(facts, &arrays.join(" with "), width)?, all)))
 }
 
-/// Returns what the columns of values are: as the file of names says, or by the name of their array.
-fn quantities(facts: &Facts, array: &str, width: usize) -> Result<Vec<Quantity>> {
+/// Returns the quantities of the columns of values: as the file of names says, or by the name of their array.
+fn quantities(facts: &SampleFacts, array: &str, width: usize) -> Result<Vec<Quantity>> {
     let numbered = |i: usize| Quantity {
         name: if width == 1 { array.to_string() } else { format!("{array}-{i}") },
         unit: None,
@@ -326,15 +317,15 @@ fn quantities(facts: &Facts, array: &str, width: usize) -> Result<Vec<Quantity>>
     match &facts.quantities {
         None => Ok((0..width).map(numbered).collect()),
         Some(named) if named.len() == width => Ok(named.clone()),
-        Some(named) => Err(Error::LabelsForm {
-            file: facts.file.clone(),
-            why: format!("names {} quantities, but {array} has {width} columns", named.len()),
-        }),
+        Some(named) => {
+            let why = format!("names {} quantities, but {array} has {width} columns", named.len());
+            Err(Error::labels_form(&facts.file, why))
+        }
     }
 }
 
-/// Labels row by row, how many a sample has, and their names where the array says them.
-pub(crate) struct Labels {
+/// Labels row by row, the number of columns, and their names where the array says them.
+pub(crate) struct StoredLabels {
     pub values: Vec<i64>,
     columns: usize,
     names: Option<Names>,
@@ -342,86 +333,83 @@ pub(crate) struct Labels {
 
 fn read_labels(
     archive: &mut Archive,
-    file: &str,
     arrays: &[String],
     known: Option<&Names>,
     options: &ReadOptions,
     samples: usize,
-) -> Result<Labels> {
+) -> Result<StoredLabels> {
     let wanted = "labels are whole numbers from 0: save y as an integer array";
-    let Column { values, columns } = column(archive, file, arrays, "y", wanted, &options.limits)?;
+    let Column { values, columns } = column(archive, arrays, "y", wanted, &options.limits)?;
     let columns = columns.ok_or_else(|| Error::Shape {
-        at: format!("{file}: {}", arrays[0]),
+        at: archive.at(&arrays[0]),
         shape: archive.shape(&arrays[0]),
         wanted: "labels are [N], or [N, k] for k attributes",
     })?;
     let name = arrays.join(" with ");
     match values {
-        Stored::Texts(texts) => named(texts, columns, &name, file, known),
-        Stored::Numbers(values) if archive.counts_from_one() => Ok(from_one(values, columns, samples, name)),
-        Stored::Numbers(values) => Ok(Labels { values, columns, names: None }),
+        StoredValues::Texts(texts) => named(texts, columns, &name, &archive.file, known),
+        StoredValues::Numbers(values) if archive.counts_from_one => {
+            Ok(from_one(values, columns, samples, name))
+        }
+        StoredValues::Numbers(values) => Ok(StoredLabels { values, columns, names: None }),
     }
 }
 
-/// Texts as labels: positions among those that occur, or among the names of a file beside.
+/// Turns texts into labels: positions among those that occur, or among the names of a file beside.
 pub(crate) fn named(
     texts: Vec<String>,
     columns: usize,
     array: &str,
     file: &str,
     known: Option<&Names>,
-) -> Result<Labels> {
+) -> Result<StoredLabels> {
     let mut values = vec![0; texts.len()];
     let mut lists = vec![];
     for column in 0..columns {
-        let own: Vec<String> = texts.iter().skip(column).step_by(columns).cloned().collect();
+        let texts: Vec<String> = texts.iter().skip(column).step_by(columns).cloned().collect();
         let places: Vec<i64> = match known.and_then(|known| Some((known, known.columns.get(column)?))) {
             None => {
-                let (names, places) = by_name(own);
+                let (names, places) = by_name(texts);
                 lists.push(names);
                 places.into_iter().map(i64::from).collect()
             }
             Some((known, names)) => {
                 let place = |(row, text): (usize, &String)| {
                     let place = names.iter().position(|name| name == text);
-                    place.map(|place| place as i64).ok_or_else(|| Error::LabelsForm {
-                        file: known.file.clone(),
-                        why: format!("does not name {text:?}, which {file}: {array}[{row}] is"),
+                    place.map(|place| place as i64).ok_or_else(|| {
+                        let why = format!("does not name {text:?}, which {file}: {array}[{row}] is");
+                        Error::labels_form(&known.file, why)
                     })
                 };
-                own.iter().enumerate().map(place).collect::<Result<_>>()?
+                texts.iter().enumerate().map(place).collect::<Result<_>>()?
             }
         };
         values.iter_mut().skip(column).step_by(columns).zip(places).for_each(|(value, place)| *value = place);
     }
-    let names = known.is_none().then(|| Names { file: array.into(), columns: lists, is_told: false });
-    Ok(Labels { values, columns, names })
+    let names = known.is_none().then(|| Names { file: array.into(), columns: lists, is_given: false });
+    Ok(StoredLabels { values, columns, names })
 }
 
-/// Numbers as MATLAB counts, from 1, as numbers from 0 that bear their own number as name.
-fn from_one(mut y: Vec<i64>, columns: usize, samples: usize, array: String) -> Labels {
+/// Turns numbers that MATLAB counts from 1 into numbers from 0, with the old number as name.
+fn from_one(mut y: Vec<i64>, columns: usize, samples: usize, array: String) -> StoredLabels {
     if y.iter().min() != Some(&1) {
-        return Labels { values: y, columns, names: None };
+        return StoredLabels { values: y, columns, names: None };
     }
     y.iter_mut().for_each(|label| *label -= 1);
     let names = |column: usize| match y.iter().skip(column).step_by(columns).max() {
         None => vec![],
-        // Numbers that no file of so many samples can fill are named nowhere: they are refused as gaps.
+        // More names than samples are never needed: larger numbers are refused as gaps.
         Some(last) => (0..=*last.min(&(samples as i64))).map(|label| (label + 1).to_string()).collect(),
     };
     let columns_of = (0..columns).map(names).collect();
-    let names = Names { file: array, columns: columns_of, is_told: false };
-    Labels { values: y, columns, names: Some(names) }
+    let names = Names { file: array, columns: columns_of, is_given: false };
+    StoredLabels { values: y, columns, names: Some(names) }
 }
 
-/// Groups and the name of their array; texts are numbered as class names are.
-fn read_groups(
-    archive: &mut Archive,
-    file: &str,
-    roles: &Roles,
-    options: &ReadOptions,
-) -> Result<Option<(String, Vec<i64>)>> {
-    let refuse = |why| Err(Error::Option { file: file.into(), option: "group_block", why });
+/// Reads groups and the name of their array; texts are numbered as class names are.
+fn read_groups(archive: &mut Archive, roles: &Roles, options: &ReadOptions) -> Result<Option<NamedColumn>> {
+    let file = archive.file.clone();
+    let refuse = |why| Err(Error::Option { file: file.clone(), option: "group_block", why });
     let Some(arrays) = &roles.group else {
         return match options.group_block {
             None => Ok(None),
@@ -429,48 +417,43 @@ fn read_groups(
         };
     };
     let wanted = "groups are whole numbers: save them as an integer array";
-    let Column { values, columns } = column(archive, file, arrays, "group", wanted, &options.limits)?;
-    if columns != Some(1) || archive.is_table(&arrays[0]) {
-        let (at, shape) = (format!("{file}: {}", arrays[0]), archive.shape(&arrays[0]));
+    let Column { values, columns } = column(archive, arrays, "group", wanted, &options.limits)?;
+    // A matrix of one column is a table, but of MATLAB, which has no vectors.
+    let is_table = |header: Header| header.as_column().shape.len() != 1 && !header.matlab;
+    if columns != Some(1) || archive.header(&arrays[0]).is_some_and(is_table) {
+        let (at, shape) = (archive.at(&arrays[0]), archive.shape(&arrays[0]));
         return Err(Error::Shape { at, shape, wanted: "groups are [N], one whole number per sample" });
     }
     let values = match values {
-        Stored::Numbers(values) => values,
-        Stored::Texts(_) if options.group_block.is_some() => {
+        StoredValues::Numbers(values) => values,
+        StoredValues::Texts(_) if options.group_block.is_some() => {
             return refuse("divides consecutive numbers, but the groups are texts; leave it out");
         }
-        Stored::Texts(texts) => by_name(texts).1.into_iter().map(i64::from).collect(),
+        StoredValues::Texts(texts) => by_name(texts).1.into_iter().map(i64::from).collect(),
     };
     let name = options.group.clone().unwrap_or_else(|| "group".into());
     Ok(Some((name, values)))
 }
 
-/// Marks of the samples that the authors test on, and the name of their array.
-fn read_official(
-    archive: &mut Archive,
-    file: &str,
-    options: &ReadOptions,
-) -> Result<Option<(String, Vec<i64>)>> {
+/// Reads the marks of the samples that the authors test on, and the name of their array.
+fn read_official(archive: &mut Archive, options: &ReadOptions) -> Result<Option<NamedColumn>> {
     let Some(name) = &options.test else {
-        return match options.test_above {
-            None => Ok(None),
-            Some(_) => {
-                let (file, why) = (file.into(), "needs the name of an array in test");
-                Err(Error::Option { file, option: "test_above", why })
-            }
-        };
+        let set = [("test_above", options.test_above.is_some())];
+        return refuse_set(&archive.file, &set, "needs the name of an array in test").map(|()| None);
     };
     let wanted = "marks are 0 for training and 1 for testing: save them as an integer or boolean array";
-    let Column { values, .. } =
-        column(archive, file, std::slice::from_ref(name), "test", wanted, &options.limits)?;
+    let Column { values, .. } = column(archive, std::slice::from_ref(name), "test", wanted, &options.limits)?;
     let mark = |(row, text): (usize, String)| match text.to_lowercase().as_str() {
         "train" | "training" => Ok(0),
         "test" | "testing" => Ok(1),
-        _ => Err(Error::Mark { at: format!("{file}: {name}[{row}]"), text }),
+        _ => {
+            let why = format!("is {text:?}; marks are train and test, or 0 and 1");
+            Err(Error::file(format!("{}[{row}]", archive.at(name)), why))
+        }
     };
     let values = match values {
-        Stored::Numbers(values) => values,
-        Stored::Texts(texts) => texts.into_iter().enumerate().map(mark).collect::<Result<_>>()?,
+        StoredValues::Numbers(values) => values,
+        StoredValues::Texts(texts) => texts.into_iter().enumerate().map(mark).collect::<Result<_>>()?,
     };
     Ok(Some((name.clone(), values)))
 }
@@ -488,10 +471,7 @@ pub(crate) fn sample_shape(header: &Header, at: &str, limits: &Limits) -> Result
             wanted: "samples are [N, C, T], [N, H, W] or [N, T, H, W], samples first",
         });
     }
-    if shape[0] > limits.max_samples {
-        let limit = limits.max_samples;
-        return Err(Error::TooManySamples { at: at.into(), samples: shape[0], limit });
-    }
+    limits.refuse_samples(at, shape[0])?;
     match shape.iter().position(|axis| *axis == 0) {
         Some(0) => Err(Error::NoSamples { at: at.into() }),
         Some(axis) => Err(Error::EmptyAxis { at: at.into(), shape, axis }),

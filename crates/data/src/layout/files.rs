@@ -1,8 +1,8 @@
-//! Files of recordings, one recording each.
+//! Reads files of recordings, one recording each.
 
 use crate::dataset::raw::{Names, Raw, name_of};
-use crate::dataset::spec_of::time_axis;
-use crate::layout::listing::{Found, unsorted};
+use crate::dataset::spec_of::likeliest_layout;
+use crate::layout::listing::{FoundFiles, unsorted};
 use crate::length::ragged::Collected;
 use crate::options::{ReadOptions, refuse_set};
 use crate::reader::{FileFormat, Format, Place, Reader, Recorded};
@@ -25,7 +25,7 @@ impl<F: FileFormat> Reader for OnePerFile<F> {
     }
 
     fn read(&self, place: &Place, options: &ReadOptions) -> Result<Raw> {
-        alone(place, options)
+        read_one(place, options)
     }
 
     fn reads_sets(&self) -> bool {
@@ -37,22 +37,19 @@ impl<F: FileFormat> Reader for OnePerFile<F> {
     }
 }
 
-/// Reads the file at a place as one recording of which nobody says the class.
-pub(crate) fn alone(place: &Place, options: &ReadOptions) -> Result<Raw> {
+/// Reads the file at a place as one recording without a class.
+pub(crate) fn read_one(place: &Place, options: &ReadOptions) -> Result<Raw> {
     let folder = place.path.parent().unwrap_or(Path::new(""));
     read(place, folder, unsorted(vec![place.path.to_path_buf()]), options)
 }
 
 /// Reads the recordings that were `found` below `root`.
-pub(crate) fn read(place: &Place, root: &Path, found: Found, options: &ReadOptions) -> Result<Raw> {
+pub(crate) fn read(place: &Place, root: &Path, found: FoundFiles, options: &ReadOptions) -> Result<Raw> {
     let file = root.display().to_string();
     let (format, first) = same_format(place, &found.files, &file)?;
     refuse_array_options(&file, format, &found, options)?;
     refuse_resize(&file, format, options)?;
-    if found.files.len() as u64 > options.limits.max_samples {
-        let (samples, limit) = (found.files.len() as u64, options.limits.max_samples);
-        return Err(Error::TooManySamples { at: file, samples, limit });
-    }
+    options.limits.refuse_samples(&file, found.files.len() as u64)?;
     let recorded = match format.read_together(root, &found, options) {
         Some(recorded) => recorded?,
         None => one_by_one(root, &found, format, &first, options)?,
@@ -64,24 +61,29 @@ pub(crate) fn read(place: &Place, root: &Path, found: Found, options: &ReadOptio
     let mut facts = found.facts;
     facts.rate = facts.rate.or(recorded.rate);
     facts.stamped = recorded.rate;
-    let names = Names { file: file.clone(), columns: vec![found.classes], is_told: true };
-    Ok(Raw::new(name_of(root), file, recorded.x, recorded.origins)
-        .stored_as(recorded.dtype, recorded.layout)
-        .called("the files", found.labelled_by)
-        .with_labels(found.labels, 1, Some(names))
-        .with_facts(facts)
-        .with_groups(groups)
-        .with_hashes(recorded.row_hash)
-        .passing_over(vec![], found.ignored)
-        .read_as([found.read_as, recorded.read_as].concat())
-        .of_topics(recorded.topics)
-        .of_folder())
+    let names = Names { file: file.clone(), columns: vec![found.classes], is_given: true };
+    Ok(Raw {
+        dtype: recorded.dtype,
+        format: recorded.layout,
+        x_name: "the files".into(),
+        y_name: found.labelled_by.into(),
+        y: found.labels,
+        names: Some(names),
+        facts,
+        groups,
+        row_hash: recorded.row_hash,
+        ignored: found.ignored,
+        read_as: [found.read_as, recorded.read_as].concat(),
+        topics: recorded.topics,
+        is_folder: true,
+        ..Raw::new(name_of(root), file, recorded.x, recorded.origins)
+    })
 }
 
 /// Reads a sample per file.
 fn one_by_one(
     root: &Path,
-    found: &Found,
+    found: &FoundFiles,
     format: &dyn FileFormat,
     first: &str,
     options: &ReadOptions,
@@ -101,7 +103,8 @@ fn one_by_one(
         let name = path.display().to_string();
         let first_dtype = dtype.get_or_insert_with(|| sample.dtype.clone());
         let layout = format.layout(sample.shape.len());
-        let time = time_axis(options.layout, found.facts.layout, layout, &sample.dtype, &sample.shape);
+        let given = [options.layout, found.facts.layout, layout];
+        let time = likeliest_layout(given, &sample.dtype, &sample.shape).time_axis();
         if row_hash.is_empty() {
             total_size(&file, found.files.len(), &sample.shape, time, options)?;
         }
@@ -126,7 +129,7 @@ fn refuse_empty(path: &Path) -> Result<()> {
     match path.metadata() {
         Ok(about) if about.len() == 0 => Err(Error::EmptyFile { file }),
         Ok(_) => Ok(()),
-        Err(e) => Err(Error::Io { file, kind: e.kind() }),
+        Err(e) => Err(Error::io(path)(e)),
     }
 }
 
@@ -145,7 +148,7 @@ fn refuse_resize(file: &str, format: &dyn FileFormat, options: &ReadOptions) -> 
 fn refuse_array_options(
     file: &str,
     format: &dyn FileFormat,
-    found: &Found,
+    found: &FoundFiles,
     options: &ReadOptions,
 ) -> Result<()> {
     let set = [
@@ -158,14 +161,11 @@ fn refuse_array_options(
     let why = "names an array of a .npz; a folder per class has none (group_block divides \
                   the position of each file in its class folder)";
     refuse_set(file, &set, why)?;
-    if options.group_block.is_some() && found.groups.is_some() {
-        let why = "divides the positions of files in their class folders; these have groups of their own";
-        return Err(Error::Option { file: file.into(), option: "group_block", why });
-    }
-    Ok(())
+    let why = "divides the positions of files in their class folders; these have groups of their own";
+    refuse_set(file, &[("group_block", options.group_block.is_some() && found.groups.is_some())], why)
 }
 
-/// The one format of all files, and the first file.
+/// Returns the one format of all files, and the first file.
 fn same_format(place: &Place, files: &[PathBuf], root: &str) -> Result<(&'static dyn FileFormat, String)> {
     let mut head: Option<(&dyn FileFormat, String)> = None;
     for path in files {
@@ -176,12 +176,8 @@ fn same_format(place: &Place, files: &[PathBuf], root: &str) -> Result<(&'static
         match &head {
             None => head = Some((format, file)),
             Some((first_format, first)) if first_format.name() != format.name() => {
-                return Err(Error::MixedKinds {
-                    file,
-                    kind: format.name().into(),
-                    first: first.clone(),
-                    first_kind: first_format.name().into(),
-                });
+                let (kind, first_kind) = (format.name().into(), first_format.name().into());
+                return Err(Error::MixedKinds { file, kind, first: first.clone(), first_kind });
             }
             Some(_) => {}
         }
@@ -189,7 +185,7 @@ fn same_format(place: &Place, files: &[PathBuf], root: &str) -> Result<(&'static
     head.ok_or_else(|| Error::NoSamples { at: root.into() })
 }
 
-/// Refuses so many samples like the first before memory is claimed; unequal ones are counted as they come.
+/// Refuses too many samples like the first before memory is claimed; unequal ones are counted as they are read.
 fn total_size(
     file: &str,
     files: usize,
@@ -197,16 +193,11 @@ fn total_size(
     time: Option<usize>,
     options: &ReadOptions,
 ) -> Result<()> {
-    let limit = options.limits.max_values;
     let mut equal = shape.iter().enumerate().filter(|(axis, _)| Some(*axis) != time).map(|(_, n)| n);
     let count = equal.try_fold(files, |product, n| product.checked_mul(*n));
-    if count.is_some_and(|count| count as u64 <= limit) {
+    if count.is_some_and(|count| count as u64 <= options.limits.max_values) {
         return Ok(());
     }
-    Err(Error::TooLarge {
-        at: file.into(),
-        shape: std::iter::once(files).chain(shape.iter().copied()).map(|n| n as u64).collect(),
-        limit,
-        hint: "shrink images with resize = [height, width], or raise limits.max_values",
-    })
+    let hint = "shrink images with resize = [height, width], or raise limits.max_values";
+    Err(options.limits.too_large(file, &[&[files], shape].concat(), hint))
 }

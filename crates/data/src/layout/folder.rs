@@ -1,18 +1,18 @@
-//! A folder of recordings: which of its files are recordings, and what says their classes.
+//! Reads a folder of recordings, whose classes are said by a table, by folders or by names.
 
 use crate::dataset::raw::Raw;
 use crate::formats::bag::names;
 use crate::formats::bag::path::is_bag;
 use crate::layout::files;
 use crate::layout::label_table::{self, LABELS};
-use crate::layout::listing::{self, Found, Listing, list, unsorted};
+use crate::layout::listing::{self, FoundFiles, Listing, list, unsorted};
 use crate::layout::names_file::{self, NAMES};
 use crate::options::ReadOptions;
 use crate::reader::{Format, Place, Purpose, Reader};
 use crate::{Error, Result};
 use std::path::Path;
 
-/// Reads a folder of files of which each is one recording. Of recordings to predict nobody need say the classes.
+/// Reads a folder of files of which each is one recording. Recordings to predict need no classes.
 pub(crate) struct Folder;
 
 const FORMATS: &[Format] = &[
@@ -51,9 +51,9 @@ impl Reader for Folder {
     }
 }
 
-/// The recordings of a folder that says what they are, by a table, by folders of classes or by the names of bags; none
-/// otherwise. `labels.json` in it may say what the readings are, and the order of the classes.
-fn labelled(path: &Path, top: &Listing, options: &ReadOptions) -> Result<Option<Found>> {
+/// Lists the recordings of a folder whose classes are said by a table, by folders or by the names of bags; none otherwise.
+/// `labels.json` in it may describe the samples, and give the order of the classes.
+fn labelled(path: &Path, top: &Listing, options: &ReadOptions) -> Result<Option<FoundFiles>> {
     let found = if path.join(LABELS).is_file() {
         Some(label_table::read(path, top, options)?)
     } else if let Some(found) = names::per_name(path, top)? {
@@ -65,7 +65,7 @@ fn labelled(path: &Path, top: &Listing, options: &ReadOptions) -> Result<Option<
     };
     let Some(mut found) = found else { return Ok(None) };
     let names = path.join(NAMES);
-    found.ignored.retain(|own| own != NAMES);
+    found.ignored.retain(|name| name != NAMES);
     let (order, facts) = names_file::of_named(&[names], &found.classes, &options.limits)?;
     found.facts = facts;
     Ok(Some(match order {
@@ -74,11 +74,15 @@ fn labelled(path: &Path, top: &Listing, options: &ReadOptions) -> Result<Option<
     }))
 }
 
-/// Says what is missing in a folder, and which of its files are data sets of their own.
+/// Says what a folder lacks, and which of its files are data sets themselves.
 fn refuse(place: &Place, top: &Listing, options: &ReadOptions) -> Error {
     let file = place.file();
-    if top.files.iter().any(|own| is_bag(own)) {
-        return Error::BagsWithoutClasses { file };
+    if top.files.iter().any(|path| is_bag(path)) {
+        return Error::file(
+            file,
+            "holds bags but no classes; name bags by class (cup_03.mcap), put them into a folder per class, or write \
+             labels.csv (file,label)",
+        );
     }
     let is_set = |path: &Path| {
         let place = Place { path, purpose: Purpose::Learn, readers: place.readers };
@@ -94,5 +98,5 @@ fn refuse(place: &Place, top: &Listing, options: &ReadOptions) -> Error {
         [] => String::new(),
         names => format!("; give one of {}", names.join(", ")),
     };
-    Error::NoDatasetInFolder { file, hint }
+    Error::file(file, format!("holds neither data.npz nor class folders{hint}"))
 }

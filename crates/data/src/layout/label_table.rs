@@ -1,9 +1,9 @@
-//! A folder of recordings whose classes a table says: `labels.csv` with `file,label[,group]`.
+//! Reads the table of classes of a folder of recordings: `labels.csv` with `file,label[,group]`.
 
 use crate::dataset::labels::by_name;
 use crate::formats::bag::path::is_bag;
-use crate::formats::text::read_text;
-use crate::layout::listing::{Found, Listing};
+use crate::formats::text::{csv_reader, read_text};
+use crate::layout::listing::{FoundFiles, Listing};
 use crate::options::ReadOptions;
 use crate::{Error, Result};
 use std::collections::{HashMap, HashSet};
@@ -18,18 +18,22 @@ pub(crate) const LABELS: &str = "labels.csv";
 /// Columns `start` and `end` cut bags into parts: seconds from its first message, the end not included.
 ///
 /// The columns `label` and `group` may bear other names: [`ReadOptions::y`] and [`ReadOptions::group`].
-pub(crate) fn read(root: &Path, top: &Listing, options: &ReadOptions) -> Result<Found> {
+pub(crate) fn read(root: &Path, top: &Listing, options: &ReadOptions) -> Result<FoundFiles> {
     let path = root.join(LABELS);
     let file = path.display().to_string();
-    let refuse = |why: String| Error::LabelTable { file: file.clone(), why };
+    let refuse = |why: String| {
+        Error::file(
+            &path,
+            format!("{why}; write a first line file,label or file,label,group and a line per recording"),
+        )
+    };
     let text = read_text(&path, &options.limits)?;
-    let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
-    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.as_bytes());
-    let csv = |e: csv::Error| Error::Csv { file: file.clone(), why: e.to_string().to_lowercase() };
-    let columns = Columns::of(reader.headers().map_err(csv)?, options).map_err(refuse)?;
-    let mut rows = Rows::default();
+    let mut reader = csv_reader(&text, b',', true);
+    let csv = Error::csv(&file);
+    let columns = LabelTableColumns::of(reader.headers().map_err(&csv)?, options).map_err(refuse)?;
+    let mut rows = LabelRows::default();
     for record in reader.records() {
-        rows.add(root, &columns, &record.map_err(csv)?).map_err(refuse)?;
+        rows.add(root, &columns, &record.map_err(&csv)?).map_err(refuse)?;
     }
     if rows.files.is_empty() {
         return Err(refuse("has no rows".into()));
@@ -42,8 +46,8 @@ pub(crate) fn read(root: &Path, top: &Listing, options: &ReadOptions) -> Result<
     Ok(found)
 }
 
-/// Which columns of the table say what.
-struct Columns {
+/// The columns of the table.
+struct LabelTableColumns {
     header: csv::StringRecord,
     file: usize,
     label: usize,
@@ -52,8 +56,8 @@ struct Columns {
     span: Option<(usize, usize)>,
 }
 
-impl Columns {
-    /// Finds the columns by their names; says which is missing otherwise.
+impl LabelTableColumns {
+    /// Finds the columns by their names, or says which is missing.
     fn of(header: &csv::StringRecord, options: &ReadOptions) -> Result<Self, String> {
         let place = |name: &str| header.iter().position(|column| column.eq_ignore_ascii_case(name));
         let needed = |name: &str| {
@@ -74,9 +78,9 @@ impl Columns {
     }
 }
 
-/// What the rows of the table say.
+/// The content of the table.
 #[derive(Default)]
-struct Rows {
+struct LabelRows {
     files: Vec<PathBuf>,
     labels: Vec<String>,
     groups: Vec<String>,
@@ -85,9 +89,14 @@ struct Rows {
     lines: HashMap<(PathBuf, String), u64>,
 }
 
-impl Rows {
-    /// Adds a row; says what is wrong with it otherwise.
-    fn add(&mut self, root: &Path, columns: &Columns, record: &csv::StringRecord) -> Result<(), String> {
+impl LabelRows {
+    /// Adds a row, or says what is wrong with it.
+    fn add(
+        &mut self,
+        root: &Path,
+        columns: &LabelTableColumns,
+        record: &csv::StringRecord,
+    ) -> Result<(), String> {
         let line = record.position().map_or(0, csv::Position::line);
         let field = |at: usize| record.get(at).unwrap_or_default();
         let file = recording(root, field(columns.file)).map_err(|why| format!("line {line}: {why}"))?;
@@ -111,26 +120,26 @@ impl Rows {
     }
 
     /// Returns the recordings with labels and groups as numbers.
-    fn found(self, columns: Columns) -> Found {
+    fn found(self, columns: LabelTableColumns) -> FoundFiles {
         let Self { files, labels, groups, spans, .. } = self;
         let numbers = |values: Vec<u32>| values.into_iter().map(i64::from).collect();
         let (classes, labels) = by_name(labels);
-        Found {
+        FoundFiles {
             positions: (0..files.len() as i64).collect(),
             labels: numbers(labels),
             classes,
             groups: columns.group.map(|(_, name)| (name, numbers(by_name(groups).1))),
             labelled_by: LABELS,
             is_table: true,
-            // A table that parts bags parts them all.
+            // Either all bags are cut into parts or none.
             spans: Some(spans).filter(|spans| spans.len() == files.len()),
             files,
-            ..Found::default()
+            ..FoundFiles::default()
         }
     }
 }
 
-/// Reads from when to when a part of a bag goes; says what is wrong otherwise.
+/// Reads start and end of a part of a bag, or says what is wrong with them.
 fn seconds(span: [&str; 2]) -> Result<[f64; 2], String> {
     let part = span.join(" to ");
     let [Some(start), Some(end)] = span.map(|text| text.parse::<f64>().ok()) else {
@@ -142,7 +151,7 @@ fn seconds(span: [&str; 2]) -> Result<[f64; 2], String> {
     Ok([start, end])
 }
 
-/// The file that a row names, which lies below `root`.
+/// Returns the file that a row names, which lies below `root`.
 fn recording(root: &Path, name: &str) -> Result<PathBuf, String> {
     let inside =
         Path::new(name).components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
@@ -150,8 +159,6 @@ fn recording(root: &Path, name: &str) -> Result<PathBuf, String> {
         return Err(format!("file is {name:?}; give a path below the folder of the table"));
     }
     let path = root.join(Path::new(name).components().collect::<PathBuf>());
-    match path.is_file() || is_bag(&path) {
-        true => Ok(path),
-        false => Err(format!("there is no file {name:?} in the folder of the table")),
-    }
+    let is_there = path.is_file() || is_bag(&path);
+    is_there.then_some(path).ok_or_else(|| format!("there is no file {name:?} in the folder of the table"))
 }

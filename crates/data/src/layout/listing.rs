@@ -1,69 +1,64 @@
-//! Which files below a folder are recordings, of which class and group.
+//! Lists the files below a folder that are recordings, with class and group.
 
 use crate::dataset::labels::by_name;
-use crate::dataset::raw::Facts;
-use crate::formats::bag::path::is_bag;
+use crate::dataset::raw::{NamedColumn, SampleFacts};
+use crate::formats::bag::path::{entries, is_bag};
 use crate::layout::order::in_order;
 use crate::{Error, Result};
-use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Recordings below a folder.
 #[derive(Debug, Default)]
-pub(crate) struct Found {
+pub(crate) struct FoundFiles {
     pub files: Vec<PathBuf>,
     /// Position of each file's class in `classes`.
     pub labels: Vec<i64>,
     pub classes: Vec<String>,
     /// Position of each file in its class folder.
     pub positions: Vec<i64>,
-    /// What the groups are, and the number of each file's.
-    pub groups: Option<(String, Vec<i64>)>,
-    /// What says the classes, for messages.
+    /// Name of the groups, and the group of each file.
+    pub groups: Option<NamedColumn>,
+    /// The origin of the classes, for messages.
     pub labelled_by: &'static str,
-    /// Whether a table does.
+    /// The classes come from a table.
     pub is_table: bool,
-    /// What is said of the readings.
-    pub facts: Facts,
-    /// What was passed over, as paths below the folder.
+    /// Facts about the samples.
+    pub facts: SampleFacts,
+    /// Files that were passed over, as paths below the folder.
     pub ignored: Vec<String>,
-    /// Of recordings that are parts of files, from when to when in seconds.
+    /// Start and end in seconds of recordings that are parts of files.
     pub spans: Option<Vec<[f64; 2]>>,
-    /// How the folder was taken where it could be taken otherwise, for people.
+    /// How the folder was read, where it could be read otherwise, for people.
     pub read_as: Vec<String>,
 }
 
-/// What lies right under a folder.
+/// The files and folders directly below a folder.
 pub(crate) struct Listing {
     pub folders: Vec<PathBuf>,
     pub files: Vec<PathBuf>,
-    /// Hidden files and what systems leave behind.
+    /// Hidden files, and files that systems leave behind.
     pub ignored: Vec<PathBuf>,
 }
 
 /// Lists a folder; names are sorted.
 pub(crate) fn list(folder: &Path) -> Result<Listing> {
-    let io = |e: std::io::Error| Error::Io { file: folder.display().to_string(), kind: e.kind() };
-    let mut paths = Vec::new();
-    for entry in fs::read_dir(folder).map_err(io)? {
-        paths.push(entry.map_err(io)?.path());
-    }
+    let mut paths = entries(folder)?;
     paths.sort();
     let (ignored, paths): (Vec<_>, Vec<_>) = paths.into_iter().partition(|path| is_junk(path));
     let (folders, files) = paths.into_iter().partition(|path| path.is_dir() && !is_bag(path));
     Ok(Listing { folders, files, ignored })
 }
 
-/// Hidden, or left behind by a file browser, an archiver or an editor.
+/// Checks whether a file is hidden, or left behind by a file browser, an archiver or an editor.
 fn is_junk(path: &Path) -> bool {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let known = ["thumbs.db", "desktop.ini", "__macosx"];
     name.starts_with('.') || name.ends_with('~') || known.contains(&name.to_lowercase().as_str())
 }
 
-/// The recordings of `class/file`, or of `class/session/file` with the session as group.
-pub(crate) fn per_class(root: &Path, top: &Listing) -> Result<Found> {
-    let mut found = Found { labelled_by: "the class folders", ..Found::default() };
+/// Lists the recordings of `class/file`, or of `class/session/file` with the session as group.
+pub(crate) fn per_class(root: &Path, top: &Listing) -> Result<FoundFiles> {
+    let mut found = FoundFiles { labelled_by: "the class folders", ..FoundFiles::default() };
     found.pass_over(root, top.ignored.iter().chain(&top.files).cloned());
     let mut sessions: Vec<Option<String>> = vec![];
     for (label, class) in top.folders.iter().enumerate() {
@@ -84,7 +79,7 @@ pub(crate) fn per_class(root: &Path, top: &Listing) -> Result<Found> {
                 found.pass_over(root, listing.ignored);
             }
             if listing.files.is_empty() {
-                return Err(Error::EmptyClassFolder { file: part.display().to_string() });
+                return Err(Error::file(part, "class folder holds no files; fill or remove it"));
             }
             sessions.extend(listing.files.iter().map(|_| is_nested.then(|| last(&part))));
             found.files.extend(in_order(listing.files));
@@ -97,7 +92,8 @@ pub(crate) fn per_class(root: &Path, top: &Listing) -> Result<Found> {
     let named: Vec<String> = sessions.iter().flatten().cloned().collect();
     if !named.is_empty() {
         if let Some(flat) = sessions.iter().position(Option::is_none) {
-            return Err(Error::NoSession { file: found.files[flat].display().to_string() });
+            let why = "lies right in its class folder while others lie in a session; use one of the two";
+            return Err(Error::file(&found.files[flat], why));
         }
         let (_, numbers) = by_name(named);
         found.groups = Some(("session".into(), numbers.into_iter().map(i64::from).collect()));
@@ -105,23 +101,21 @@ pub(crate) fn per_class(root: &Path, top: &Listing) -> Result<Found> {
     Ok(found)
 }
 
-/// Files of which nobody says what class they are.
-pub(crate) fn unsorted(files: Vec<PathBuf>) -> Found {
-    Found {
+/// Takes files without classes.
+pub(crate) fn unsorted(files: Vec<PathBuf>) -> FoundFiles {
+    FoundFiles {
         positions: (0..files.len() as i64).collect(),
         files: in_order(files),
         labelled_by: "the class folders",
-        ..Found::default()
+        ..FoundFiles::default()
     }
 }
 
-impl Found {
-    /// Numbers the classes as `order` lists them. Recordings of class folders follow that order; those of a table
-    /// stay as it lists them.
+impl FoundFiles {
+    /// Numbers the classes as `order` lists them. Recordings of class folders follow that order; a table keeps its own.
     pub fn in_order(self, order: &[usize]) -> Self {
-        let new =
-            |label: i64| order.iter().position(|class| *class as i64 == label).map_or(label, |at| at as i64);
-        let labels: Vec<i64> = self.labels.iter().map(|label| new(*label)).collect();
+        let labels: Vec<i64> =
+            self.labels.iter().map(|label| new_position(order, *label as usize) as i64).collect();
         let mut rows: Vec<usize> = (0..labels.len()).collect();
         if !self.is_table {
             rows.sort_by_key(|row| labels[*row]);
@@ -138,13 +132,19 @@ impl Found {
         }
     }
 
-    /// Notes what is no recording.
+    /// Notes files that are no recordings.
     pub fn pass_over(&mut self, root: &Path, paths: impl IntoIterator<Item = PathBuf>) {
         let below = |path: PathBuf| path.strip_prefix(root).unwrap_or(&path).display().to_string();
         self.ignored.extend(paths.into_iter().map(below));
     }
 }
 
-fn last(path: &Path) -> String {
+/// Returns the place of a label among the classes in another order; a label without a class stays.
+pub(crate) fn new_position(order: &[usize], label: usize) -> usize {
+    order.iter().position(|class| *class == label).unwrap_or(label)
+}
+
+/// Returns the last part of a path.
+pub(crate) fn last(path: &Path) -> String {
     path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }

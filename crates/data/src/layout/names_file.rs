@@ -1,9 +1,10 @@
-//! Class names and facts from `labels.json` or `<name>.classes.json`.
+//! Reads class names and facts from `labels.json` or `<name>.classes.json`.
 
-use crate::dataset::raw::{Facts, Names};
+use crate::dataset::raw::{Names, SampleFacts};
 use crate::dataset::source::Source;
 use crate::dataset::targets::Quantity;
 use crate::formats::text::read_text;
+use crate::layout::listing::last;
 use crate::options::Limits;
 use crate::{Error, Result};
 use serde_json::Value;
@@ -11,53 +12,46 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use taxel_base::Layout;
 
-/// Name of the file that speaks of everything in its folder.
+/// Name of the file that describes everything in its folder.
 pub(crate) const NAMES: &str = "labels.json";
 
-/// Looks for class names beside `npz`: first `<name>.classes.json`, then `labels.json`.
+/// Reads class names and facts beside `data`: from `<name>.classes.json`, else from `labels.json`.
 ///
 /// Either file is `["a", "b"]`, or an object with that list under `classes`; for labels `[N, k]`
-/// a list of k such lists. An object may also say where the samples come from (`source`, a text:
-/// `simulated: fingertip`), what their axes are (`layout`: `series`, `image`, ...), their `unit` (a text),
-/// `rate` (a number, Hz), and how high readings go (`full_scale`, a number in that unit). As
-/// [`convert`](crate::write::convert) writes them, `group_array` and `test_array` name the arrays of groups and of marks,
-/// and `origins` lists where each sample comes from. Other keys are for people and not read.
-pub(crate) fn beside(npz: &Path, limits: &Limits) -> Result<(Option<Names>, Facts)> {
-    #[expect(clippy::expect_used, reason = "the archive was opened: it is a file")]
-    let stem = npz.file_stem().expect("a file has a name").to_string_lossy();
-    for name in [format!("{stem}.classes.json"), NAMES.to_string()] {
-        let path = npz.with_file_name(&name);
-        if path.exists() {
-            let (columns, facts) = read(&path, limits)?;
-            let file = path.display().to_string();
-            let names = columns.map(|columns| Names { file: name, columns, is_told: true });
-            if names.is_none() && facts.quantities.is_none() {
-                return Err(Error::LabelsForm { file, why: "has no key \"classes\"".into() });
-            }
-            return Ok((names, facts));
-        }
-    }
-    Ok((None, Facts::default()))
-}
-
-/// The same where classes need no list: a file of facts alone will do.
-pub(crate) fn lenient(data: &Path, limits: &Limits) -> Result<(Option<Names>, Facts)> {
+/// a list of k such lists. An object may also give the source of the samples (`source`, a text: `simulated: fingertip`),
+/// their axes (`layout`: `series`, `image`, ...), `unit` (a text), `rate` (a number, Hz) and highest value
+/// (`full_scale`, a number in that unit). [`convert`](crate::write::convert) also writes `group_array` and `test_array`,
+/// which name the arrays of groups and marks, and `origins`, which lists where each sample comes from. Other keys are for
+/// people and not read.
+///
+/// Where `needs_names`, a file of facts alone is refused.
+pub(crate) fn beside(
+    data: &Path,
+    needs_names: bool,
+    limits: &Limits,
+) -> Result<(Option<Names>, SampleFacts)> {
     let stem = data.file_stem().unwrap_or_default().to_string_lossy();
     let paths = [format!("{stem}.classes.json"), NAMES.into()].map(|name| data.with_file_name(name));
-    let Some(path) = paths.iter().find(|path| path.is_file()) else { return Ok((None, Facts::default())) };
+    let Some(path) = paths.iter().find(|path| path.exists()) else {
+        return Ok((None, SampleFacts::default()));
+    };
     let (columns, facts) = read(path, limits)?;
-    let file = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    Ok((columns.map(|columns| Names { file, columns, is_told: true }), facts))
+    if needs_names && columns.is_none() && facts.quantities.is_none() {
+        return Err(Error::labels_form(&path.display().to_string(), "has no key \"classes\""));
+    }
+    Ok((columns.map(|columns| Names { file: last(path), columns, is_given: true }), facts))
 }
 
-/// What the file of names at one of `paths` says of recordings whose classes have names already: the facts, and
-/// the order of `classes` where it lists them; they must be the same names then.
+/// Reads the file of names at one of `paths` for recordings whose classes have names already: the facts, and the order of
+/// `classes` where it lists them. The names must be the same.
 pub(crate) fn of_named(
     paths: &[PathBuf],
     classes: &[String],
     limits: &Limits,
-) -> Result<(Option<Vec<usize>>, Facts)> {
-    let Some(path) = paths.iter().find(|path| path.is_file()) else { return Ok((None, Facts::default())) };
+) -> Result<(Option<Vec<usize>>, SampleFacts)> {
+    let Some(path) = paths.iter().find(|path| path.is_file()) else {
+        return Ok((None, SampleFacts::default()));
+    };
     let (columns, facts) = read(path, limits)?;
     let Some(columns) = columns else { return Ok((None, facts)) };
     let listed = columns.concat();
@@ -67,19 +61,19 @@ pub(crate) fn of_named(
         Some(order) => Ok((Some(order), facts)),
         None => {
             let why = format!("names the classes {}, but they are {}", listed.join(", "), classes.join(", "));
-            Err(Error::LabelsForm { file: path.display().to_string(), why })
+            Err(Error::labels_form(&path.display().to_string(), why))
         }
     }
 }
 
-/// Class names per column of labels, if they are listed, and facts.
-fn read(path: &Path, limits: &Limits) -> Result<(Option<Vec<Vec<String>>>, Facts)> {
+/// Reads class names per column of labels, if they are listed, and facts.
+fn read(path: &Path, limits: &Limits) -> Result<(Option<Vec<Vec<String>>>, SampleFacts)> {
     let file = path.display().to_string();
+    let form = |why: String| Error::labels_form(&file, why);
     let text = read_text(path, limits)?;
     let value: Value = serde_json::from_str(&text)
-        .map_err(|e| Error::LabelsJson { file: file.clone(), why: e.to_string().to_lowercase() })?;
+        .map_err(|e| form(format!("is not valid JSON ({})", e.to_string().to_lowercase())))?;
     let facts = facts(&value, &file)?;
-    let form = |why: String| Error::LabelsForm { file: file.clone(), why };
     let list = match &value {
         Value::Object(map) => match map.get("classes") {
             Some(list) => list,
@@ -102,8 +96,8 @@ fn read(path: &Path, limits: &Limits) -> Result<(Option<Vec<Vec<String>>>, Facts
     Ok((Some(nested.into_iter().enumerate().map(column).collect::<Result<_>>()?), facts))
 }
 
-/// What an object says of the readings; of a list, nothing. `null` says nothing.
-fn facts(value: &Value, file: &str) -> Result<Facts> {
+/// Returns the facts that an object gives about the samples; a list gives none, and neither does `null`.
+fn facts(value: &Value, file: &str) -> Result<SampleFacts> {
     let given = |key: &'static str| value.get(key).filter(|given| !given.is_null()).map(|given| (key, given));
     let refuse = |key: &'static str, given: &Value, wanted: String| Error::Fact {
         at: file.into(),
@@ -115,11 +109,11 @@ fn facts(value: &Value, file: &str) -> Result<Facts> {
         given.as_str().map(String::from).ok_or_else(|| refuse(key, given, "not a text".into()))
     };
     let texts = |(key, given): (&'static str, &Value)| {
-        let list = given.as_array().map(|list| list.iter().map(|own| own.as_str().map(String::from)));
+        let list = given.as_array().map(|list| list.iter().map(|text| text.as_str().map(String::from)));
         list.and_then(Iterator::collect).ok_or_else(|| refuse(key, given, "not a list of texts".into()))
     };
     let number = |(key, given): (&'static str, &Value)| {
-        // A reading is an f32.
+        // Samples are f32.
         let number = given.as_f64().filter(|v| *v as f32 > 0.0 && (*v as f32).is_finite());
         number.ok_or_else(|| refuse(key, given, "not a number above 0".into()))
     };
@@ -133,9 +127,9 @@ fn facts(value: &Value, file: &str) -> Result<Facts> {
         let named = given.as_str().and_then(|name| name.parse::<Layout>().ok());
         named.ok_or_else(|| refuse(key, given, known()))
     };
-    Ok(Facts {
+    Ok(SampleFacts {
         file: file.into(),
-        // Whoever says anything else recorded the samples.
+        // Any other text says that the samples were recorded.
         source: given("source").map(text).transpose()?.and_then(|text| text.parse::<Source>().ok()),
         layout: given("layout").map(layout).transpose()?,
         unit: given("unit").map(text).transpose()?,
@@ -153,12 +147,11 @@ fn strings(list: &[Value], at: &str, file: &str) -> Result<Vec<String>> {
     let mut seen = HashMap::new();
     let mut names = Vec::with_capacity(list.len());
     for (i, value) in list.iter().enumerate() {
-        let name = value.as_str().ok_or_else(|| Error::LabelsForm {
-            file: file.into(),
-            why: format!("{at}[{i}] is {}, not a text", kind(value)),
-        })?;
+        let refuse = || Error::labels_form(file, format!("{at}[{i}] is {}, not a text", kind(value)));
+        let name = value.as_str().ok_or_else(refuse)?;
         if let Some(first) = seen.insert(name, i) {
-            return Err(Error::ClassNamedTwice { file: file.into(), name: name.into(), first, second: i });
+            let why = format!("classes {first} and {i} are both named {name:?}; give each its own name");
+            return Err(Error::file(file, why));
         }
         names.push(name.to_string());
     }

@@ -7,12 +7,11 @@ use crate::options::ReadOptions;
 use crate::reader::{FileFormat, Format, Place, Reader, Sample, has_ending};
 use crate::{Error, Result};
 use std::path::Path;
-use taxel_base::Layout;
 
 /// Refuses files of formats whose cargo feature is off, by name of the feature.
 pub(crate) struct NotBuilt;
 
-/// The feature that reads a path; none where this build has it, or where no feature does.
+/// Returns the feature that reads a path; none where this build has it, or where no feature does.
 fn feature_of(path: &Path) -> Option<&'static str> {
     let features = [
         ("hdf5", cfg!(feature = "hdf5"), has_ending(path, &["h5", "hdf5"])),
@@ -58,10 +57,6 @@ impl FileFormat for NotBuilt {
 
     fn takes(&self, path: &Path) -> bool {
         feature_of(path).is_some()
-    }
-
-    fn layout(&self, _: usize) -> Option<Layout> {
-        None
     }
 
     fn takes_option(&self, _: &str) -> bool {

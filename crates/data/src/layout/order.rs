@@ -1,9 +1,9 @@
-//! Names in the order people count.
+//! Sorts names in counting order.
 
 use std::cmp::Ordering;
 use std::path::PathBuf;
 
-/// Paths in counting order.
+/// Sorts paths in counting order.
 pub(crate) fn in_order(mut paths: Vec<PathBuf>) -> Vec<PathBuf> {
     paths.sort_by(|a, b| natural(&a.to_string_lossy(), &b.to_string_lossy()));
     paths

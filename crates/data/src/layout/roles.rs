@@ -1,4 +1,4 @@
-//! Which arrays of a file are samples, labels, groups and marks.
+//! Finds the arrays of a file that are samples, labels, groups and marks.
 
 use crate::options::ReadOptions;
 
@@ -7,21 +7,21 @@ const SAMPLES: [&str; 2] = ["X", "data"];
 /// Names that stand for `y`.
 const LABELS: [&str; 2] = ["Y", "labels"];
 
-/// Arrays by what they are for.
+/// Arrays by their role.
 #[derive(Debug, PartialEq)]
 pub(crate) struct Roles {
-    pub x: Samples,
+    pub x: SampleArrays,
     /// One array, or that of the training and that of the test samples.
     pub y: Option<Vec<String>>,
     pub group: Option<Vec<String>>,
 }
 
-/// Where samples are.
+/// The arrays that hold the samples.
 #[derive(Debug, PartialEq)]
-pub(crate) enum Samples {
+pub(crate) enum SampleArrays {
     /// `[N, ...]`.
     One(String),
-    /// Those to train on and those to test on.
+    /// Training samples and test samples.
     Split([String; 2]),
     /// One array per recording, in the order in which they were saved.
     Each(Vec<String>),
@@ -46,30 +46,31 @@ impl Roles {
         needs_labels: bool,
         labels_of: impl FnOnce(&str) -> Option<u64>,
     ) -> Result<Self, Unclear> {
-        let x = find(held, options.x(), !options.names_x(), &SAMPLES, "x");
-        let y = |split| find_in(held, options.y(), !options.names_y(), &LABELS, "y", split);
-        match x {
+        let others = |is_named: bool, others| if is_named { &[][..] } else { others };
+        let x = Role { held, name: options.x(), others: others(options.names_x(), &SAMPLES), option: "x" };
+        let y = Role { held, name: options.y(), others: others(options.names_y(), &LABELS), option: "y" };
+        match x.find() {
             Ok(found) => {
                 let split = found.len() == 2;
-                let labels = match y(split) {
+                let labels = match y.find_in(split) {
                     Ok(found) => Some(found),
                     Err(unclear) if needs_labels || !unclear.several.is_empty() => return Err(unclear),
                     Err(_) => None,
                 };
                 let group = group(held, options, split)?;
                 let x = match <[String; 2]>::try_from(found) {
-                    Ok(both) => Samples::Split(both),
-                    Err(mut one) => Samples::One(one.remove(0)),
+                    Ok(both) => SampleArrays::Split(both),
+                    Err(mut one) => SampleArrays::One(one.remove(0)),
                 };
                 Ok(Self { x, y: labels, group })
             }
             Err(unclear) => {
                 // Labels and as many other arrays: each is a recording.
-                let Ok(labels) = y(false) else { return Err(unclear) };
+                let Ok(labels) = y.find_in(false) else { return Err(unclear) };
                 let group = group(held, options, false)?;
                 let is_other = |name: &&String| {
                     !labels.contains(name)
-                        && group.as_ref().is_none_or(|own| !own.contains(name))
+                        && group.as_ref().is_none_or(|group| !group.contains(name))
                         && options.test.as_ref() != Some(*name)
                 };
                 let each: Vec<String> = held.iter().filter(is_other).cloned().collect();
@@ -77,69 +78,65 @@ impl Roles {
                 if !unclear.several.is_empty() || each.len() < 2 || count != Some(each.len() as u64) {
                     return Err(unclear);
                 }
-                Ok(Self { x: Samples::Each(each), y: Some(labels), group })
+                Ok(Self { x: SampleArrays::Each(each), y: Some(labels), group })
             }
         }
     }
 }
 
-/// The array of groups: the one that is named, or `group` where there is one.
+/// Finds the array of groups: the one that is named, or `group` where there is one.
 fn group(held: &[String], options: &ReadOptions, split: bool) -> Result<Option<Vec<String>>, Unclear> {
     let name = options.group.as_deref().unwrap_or("group");
-    match find_in(held, name, false, &[], "group", split) {
+    match (Role { held, name, others: &[], option: "group" }).find_in(split) {
         Err(unclear) if options.group.is_some() => Err(unclear),
         other => Ok(other.ok()),
     }
 }
 
-/// One array, or two halves where there is no such one.
-fn find(
-    held: &[String],
-    name: &str,
-    is_default: bool,
-    others: &[&str],
+/// A role, and the names that its array may have.
+struct Role<'r> {
+    held: &'r [String],
+    name: &'r str,
+    /// Names that stand for `name` where there is no such array.
+    others: &'r [&'r str],
     option: &'static str,
-) -> Result<Vec<String>, Unclear> {
-    let whole = find_in(held, name, is_default, others, option, false);
-    let halves = find_in(held, name, is_default, others, option, true);
-    match (whole, halves) {
-        (Ok(whole), Ok(halves)) if whole[0] != name => {
-            Err(Unclear { array: name.into(), option, several: [whole, halves].concat() })
-        }
-        (Ok(whole), _) => Ok(whole),
-        (Err(unclear), _) if !unclear.several.is_empty() => Err(unclear),
-        (Err(unclear), halves) => {
-            halves.map_err(|halves| if halves.several.is_empty() { unclear } else { halves })
-        }
-    }
 }
 
-/// The array `name`, or the one of `others` that is there; of a `split` both halves, `name_train` and `name_test`.
-fn find_in(
-    held: &[String],
-    name: &str,
-    is_default: bool,
-    others: &[&str],
-    option: &'static str,
-    split: bool,
-) -> Result<Vec<String>, Unclear> {
-    let names = |name: &str| match split {
-        false => vec![name.to_string()],
-        true => ["train", "test"].iter().map(|part| format!("{name}_{part}")).collect(),
-    };
-    let is_there = |names: &Vec<String>| names.iter().all(|name| held.contains(name));
-    let own = names(name);
-    if is_there(&own) {
-        return Ok(own);
+impl Role<'_> {
+    /// Finds one array, or its two halves where there is no such one.
+    fn find(&self) -> Result<Vec<String>, Unclear> {
+        match (self.find_in(false), self.find_in(true)) {
+            (Ok(whole), Ok(halves)) if whole[0] != self.name => {
+                let (array, several) = (self.name.into(), [whole, halves].concat());
+                Err(Unclear { array, option: self.option, several })
+            }
+            (Ok(whole), _) => Ok(whole),
+            (Err(unclear), _) if !unclear.several.is_empty() => Err(unclear),
+            (Err(unclear), halves) => {
+                halves.map_err(|halves| if halves.several.is_empty() { unclear } else { halves })
+            }
+        }
     }
-    let others: &[&str] = if is_default { others } else { &[] };
-    let mut found: Vec<Vec<String>> = others.iter().map(|other| names(other)).filter(is_there).collect();
-    match (found.pop(), found.as_slice()) {
-        (Some(one), []) => Ok(one),
-        (one, _) => Err(Unclear {
-            array: own[0].clone(),
-            option,
-            several: found.into_iter().chain(one).flatten().collect(),
-        }),
+
+    /// Finds one array, or where it is `split` both halves, `name_train` and `name_test`.
+    fn find_in(&self, split: bool) -> Result<Vec<String>, Unclear> {
+        let names = |name: &str| {
+            let halves = || ["train", "test"].map(|part| format!("{name}_{part}")).to_vec();
+            if split { halves() } else { vec![name.to_string()] }
+        };
+        let is_there = |names: &Vec<String>| names.iter().all(|name| self.held.contains(name));
+        let wanted = names(self.name);
+        if is_there(&wanted) {
+            return Ok(wanted);
+        }
+        let others = self.others.iter().map(|other| names(other));
+        let mut found: Vec<Vec<String>> = others.filter(is_there).collect();
+        match (found.pop(), found.as_slice()) {
+            (Some(one), []) => Ok(one),
+            (one, _) => {
+                let several = found.into_iter().chain(one).flatten().collect();
+                Err(Unclear { array: wanted[0].clone(), option: self.option, several })
+            }
+        }
     }
 }

@@ -1,4 +1,4 @@
-//! One array of a file as one recording.
+//! Reads one array of a file as one recording.
 
 use crate::dataset::digest::hash_row;
 use crate::formats::npy;

@@ -1,6 +1,6 @@
-//! The length rule at work: recordings of any length in, samples of one length out.
+//! Applies a rule for the length: recordings of any length become samples of one length.
 
-use crate::length::length::{Length, Longer, Padding, Part};
+use crate::length::length::{CropPart, Length, Longer, Padding};
 use crate::length::ragged::Ragged;
 use crate::options::Limits;
 use crate::{Error, Result};
@@ -10,15 +10,15 @@ use ndarray::ArrayD;
 pub(crate) struct Cut {
     /// `[N, ...]`.
     pub x: ArrayD<f32>,
-    /// Recording and first reading of each sample; none where recordings are samples.
+    /// Recording and first time step of each sample; none where recordings are samples.
     pub windows: Option<Vec<(usize, usize)>>,
-    /// Readings that are in no sample.
+    /// Number of time steps that are in no sample.
     pub unused: usize,
 }
 
 /// Brings every recording of `ragged` to the rule's length along `axis`.
 ///
-/// `name` gives recordings their names for messages.
+/// `name` names recordings in messages.
 ///
 /// # Errors
 ///
@@ -48,17 +48,12 @@ pub(crate) fn cut(
     (shape[0], shape[axis + 1]) = (samples, to);
     let values = shape.iter().try_fold(1usize, |product, axis| product.checked_mul(*axis));
     let Some(values) = values.filter(|values| *values as u64 <= limits.max_values) else {
-        return Err(Error::TooLarge {
-            at: file.into(),
-            shape: shape.iter().map(|axis| *axis as u64).collect(),
-            limit: limits.max_values,
-            hint: "choose a smaller length or raise limits.max_values",
-        });
+        return Err(limits.too_large(file, &shape, "choose a smaller length or raise limits.max_values"));
     };
     let mut out = Vec::with_capacity(values);
     let mut starts = windows.iter().flatten().peekable();
-    for (recording, own) in ragged.each().enumerate() {
-        let mut piece = Piece { own, length: lengths[recording], around: ragged.around(axis), to };
+    for (recording, values) in ragged.each().enumerate() {
+        let piece = OneRecording { values, length: lengths[recording], around: ragged.around(axis), to };
         match *rule {
             Length::Resample { .. } => piece.resample(&mut out),
             Length::Pad { value, .. } => piece.pad(value, &mut out),
@@ -80,7 +75,7 @@ pub(crate) fn cut(
     Ok(Cut { x, windows, unused })
 }
 
-/// The first recording that the rule refuses, and why.
+/// Finds the first recording that the rule refuses, and says why.
 fn unfit(rule: &Length, lengths: &[usize]) -> Option<(usize, &'static str)> {
     let to = rule.to();
     match rule {
@@ -101,7 +96,7 @@ fn unfit(rule: &Length, lengths: &[usize]) -> Option<(usize, &'static str)> {
     }
 }
 
-/// Recording and first reading of every whole window.
+/// Lists recording and first time step of every whole window.
 fn starts(
     lengths: &[usize],
     to: usize,
@@ -110,22 +105,19 @@ fn starts(
     file: &str,
 ) -> Result<Vec<(usize, usize)>> {
     let count: usize = lengths.iter().map(|length| whole(*length, to, hop)).sum();
-    if count as u64 > limits.max_samples {
-        let limit = limits.max_samples;
-        return Err(Error::TooManySamples { at: file.into(), samples: count as u64, limit });
-    }
+    limits.refuse_samples(file, count as u64)?;
     let of = |(recording, length): (usize, &usize)| {
         (0..whole(*length, to, hop)).map(move |i| (recording, i * hop))
     };
     Ok(lengths.iter().enumerate().flat_map(of).collect())
 }
 
-/// Whole windows in a recording.
+/// Counts the whole windows in a recording.
 fn whole(length: usize, to: usize, hop: usize) -> usize {
     if length < to { 0 } else { (length - to) / hop + 1 }
 }
 
-/// Readings that are in no window: behind the last one, and between windows that leave gaps.
+/// Counts the time steps that are in no window: after the last one, and between windows that leave gaps.
 fn unused(lengths: &[usize], to: usize, hop: usize) -> usize {
     let used = |length: usize| match whole(length, to, hop) {
         0 => 0,
@@ -134,8 +126,8 @@ fn unused(lengths: &[usize], to: usize, hop: usize) -> usize {
     lengths.iter().map(|length| length - used(*length)).sum()
 }
 
-impl Part {
-    /// Where the part starts, of a recording that is `rest` longer.
+impl CropPart {
+    /// Returns the start of the part in a recording that is `rest` longer.
     fn start(self, rest: usize) -> usize {
         match self {
             Self::Start => 0,
@@ -145,38 +137,39 @@ impl Part {
     }
 }
 
-/// One recording on its way.
-struct Piece<'r> {
-    own: &'r [f32],
+/// One recording that is brought to a length.
+struct OneRecording<'r> {
+    values: &'r [f32],
     length: usize,
     /// Values before and after the time axis.
     around: (usize, usize),
     to: usize,
 }
 
-impl Piece<'_> {
-    /// The readings from `start` on.
-    fn copy(&mut self, start: usize, out: &mut Vec<f32>) {
+impl OneRecording<'_> {
+    /// Adds the time steps from `start` on.
+    fn copy(&self, start: usize, out: &mut Vec<f32>) {
         let (outer, inner) = self.around;
         for o in 0..outer {
             let at = (o * self.length + start) * inner;
-            out.extend_from_slice(&self.own[at..at + self.to * inner]);
+            out.extend_from_slice(&self.values[at..at + self.to * inner]);
         }
     }
 
-    fn pad(&mut self, value: Padding, out: &mut Vec<f32>) {
+    /// Adds the recording, cut off or filled up at its end.
+    fn pad(&self, value: Padding, out: &mut Vec<f32>) {
         let (outer, inner) = self.around;
         let (kept, first) = (self.length.min(self.to), out.len());
         for o in 0..outer {
-            out.extend_from_slice(&self.own[o * self.length * inner..][..kept * inner]);
+            out.extend_from_slice(&self.values[o * self.length * inner..][..kept * inner]);
             out.resize(first + (o + 1) * self.to * inner, 0.0);
         }
         value.fill(&mut out[first..], self.around, kept);
     }
 
-    /// Time `j` lies at `j · step` readings; a reading counts by its distance, 1 at none and 0 from one step
-    /// (or one reading, whichever is more) on.
-    fn resample(&mut self, out: &mut Vec<f32>) {
+    /// Adds the recording at equally spaced times: time `j` lies at time step `j · step`. Each time step counts by its
+    /// distance, from 1 at none to 0 at `step` (or at one time step, if that is more).
+    fn resample(&self, out: &mut Vec<f32>) {
         let (outer, inner) = self.around;
         let last = self.length - 1;
         let step = last as f64 / (self.to - 1) as f64;
@@ -192,8 +185,8 @@ impl Piece<'_> {
                 for t in first..=end {
                     let weight = (1.0 - (t as f64 - at).abs() / reach).max(0.0);
                     all += weight;
-                    let own = &self.own[(o * self.length + t) * inner..][..inner];
-                    sums.iter_mut().zip(own).for_each(|(sum, value)| *sum += weight * f64::from(*value));
+                    let row = &self.values[(o * self.length + t) * inner..][..inner];
+                    sums.iter_mut().zip(row).for_each(|(sum, value)| *sum += weight * f64::from(*value));
                 }
                 out.extend(sums.iter().map(|sum| (sum / all) as f32));
             }

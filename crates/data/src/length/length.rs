@@ -1,10 +1,10 @@
-//! What becomes of recordings of unequal length.
+//! Rules that bring recordings of unequal length to one length.
 
 use serde::{Deserialize, Serialize};
 use std::fmt::{self, Display, Formatter};
 use std::str::FromStr;
 
-/// How recordings of any length become samples of one length, `to` readings along their time axis.
+/// A rule that makes recordings of any length samples of one length: `to` time steps.
 ///
 /// As text, on a command line: `resample:300`, `pad:300`, `pad:300,edge,crop`, `crop:300,centre`,
 /// `window:300,150`.
@@ -21,54 +21,54 @@ use std::str::FromStr;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Length {
-    /// The whole recording at `to` equally spaced times from its first reading to its last: between readings
-    /// linearly interpolated; where it shrinks, a mean of the readings around each time, whose weights fall
-    /// linearly to 0 over one step (against aliasing).
+    /// The whole recording at `to` equally spaced times from its first time step to its last. Values between are linearly
+    /// interpolated. Where it shrinks, they are means of the values around each time, with weights that fall linearly
+    /// to 0 over one step (against aliasing).
     Resample {
-        /// Readings of a sample, from 2.
+        /// Time steps of a sample, from 2.
         to: usize,
     },
     /// The recording from its start, filled up at its end.
     Pad {
-        /// Readings of a sample, from 1.
+        /// Time steps of a sample, from 1.
         to: usize,
-        /// What it is filled with. Default zero.
+        /// The values that fill it up. Default zero.
         #[serde(default, skip_serializing_if = "is_default")]
         value: Padding,
-        /// What becomes of a longer recording. Default refused.
+        /// The treatment of a longer recording. Default refused.
         #[serde(default, skip_serializing_if = "is_default")]
         longer: Longer,
     },
     /// A part of the recording; a shorter one is refused.
     Crop {
-        /// Readings of a sample, from 1.
+        /// Time steps of a sample, from 1.
         to: usize,
         /// Which part. Default the start.
         #[serde(default, skip_serializing_if = "is_default")]
-        from: Part,
+        from: CropPart,
     },
-    /// Every whole window of the recording, each a sample of its own; what is left at the end is dropped.
+    /// Every whole window of the recording, each a sample of its own; the rest at the end is dropped.
     Window {
-        /// Readings of a sample, from 1.
+        /// Time steps of a sample, from 1.
         to: usize,
-        /// Readings from the start of a window to that of the next, from 1. Default `to`.
+        /// Time steps from the start of a window to that of the next, from 1. Default `to`.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         hop: Option<usize>,
     },
 }
 
-/// What a short recording is filled up with.
+/// The values that fill up a short recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Padding {
     /// Zeros.
     #[default]
     Zero,
-    /// Its last reading.
+    /// Its last time step.
     Edge,
 }
 
-/// What becomes of a recording that is longer than it is filled up to.
+/// The treatment of a recording that is longer than others are filled up to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Longer {
@@ -79,16 +79,16 @@ pub enum Longer {
     Crop,
 }
 
-/// Which part of a recording is kept.
+/// The part of a recording that is kept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Part {
-    /// The first readings.
+pub enum CropPart {
+    /// The first time steps.
     #[default]
     Start,
-    /// The middle; of an odd rest one reading more is cut off at the end.
+    /// The middle; of an odd rest one time step more is cut off at the end.
     Centre,
-    /// The last readings.
+    /// The last time steps.
     End,
 }
 
@@ -102,19 +102,19 @@ pub struct NotALength {
 }
 
 impl Padding {
-    /// Fills up a sample of which the first `known` readings along time are there. `before` and `after` are the numbers
-    /// of its values before and after the time axis, in row-major order. Nothing is allocated.
+    /// Fills up a sample of which the first `known` time steps are there. `before` and `after` are the numbers of its
+    /// values before and after the time axis, in row-major order. Nothing is allocated.
     pub fn fill(self, sample: &mut [f32], (before, after): (usize, usize), known: usize) {
         let each = sample.len() / before.max(1);
-        for own in sample.chunks_exact_mut(each.max(1)) {
-            let from = (known * after).min(own.len());
+        for channel in sample.chunks_exact_mut(each.max(1)) {
+            let from = (known * after).min(channel.len());
             match self {
                 Self::Edge if from > 0 => {
-                    for at in from..own.len() {
-                        own[at] = own[at - after];
+                    for at in from..channel.len() {
+                        channel[at] = channel[at - after];
                     }
                 }
-                Self::Zero | Self::Edge => own[from..].fill(0.0),
+                Self::Zero | Self::Edge => channel[from..].fill(0.0),
             }
         }
     }
@@ -125,7 +125,7 @@ fn is_default<T: Default + PartialEq>(value: &T) -> bool {
 }
 
 impl Length {
-    /// Readings of a sample.
+    /// Returns the time steps of a sample.
     pub fn to(&self) -> usize {
         match *self {
             Self::Resample { to }
@@ -135,7 +135,7 @@ impl Length {
         }
     }
 
-    /// The first value that is out of its range, with the key, for whoever checks settings.
+    /// Returns the first value that is out of its range, with its key and the values that work.
     pub fn problem(&self) -> Option<(&'static str, usize, &'static str)> {
         match *self {
             Self::Resample { to: to @ (0 | 1) } => Some(("to", to, "is the number of readings, from 2")),
@@ -147,7 +147,7 @@ impl Length {
         }
     }
 
-    /// The rule as a config says it: `length = { kind = "resample", to = 300 }`.
+    /// Writes the rule as in a config: `length = { kind = "resample", to = 300 }`.
     pub fn key(&self) -> String {
         let more: String = self.extras().iter().map(|(key, _, value)| format!(", {key} = {value}")).collect();
         format!("length = {{ kind = \"{}\", to = {}{more} }}", self.kind(), self.to())
@@ -162,7 +162,7 @@ impl Length {
         }
     }
 
-    /// What is said beside kind and `to`: key, as text, as a TOML value.
+    /// Lists the settings beside kind and `to` that are not the default: key, as text, as a TOML value.
     fn extras(&self) -> Vec<(&'static str, String, String)> {
         let word = |key, word: &str| (key, word.to_string(), format!("\"{word}\""));
         let mut extras = vec![];
@@ -172,9 +172,9 @@ impl Length {
                 extras.extend((value == Padding::Edge).then(|| word("value", "edge")));
                 extras.extend((longer == Longer::Crop).then(|| word("longer", "crop")));
             }
-            Self::Crop { from: Part::Start, .. } => {}
-            Self::Crop { from: Part::Centre, .. } => extras.push(word("from", "centre")),
-            Self::Crop { from: Part::End, .. } => extras.push(word("from", "end")),
+            Self::Crop { from: CropPart::Start, .. } => {}
+            Self::Crop { from: CropPart::Centre, .. } => extras.push(word("from", "centre")),
+            Self::Crop { from: CropPart::End, .. } => extras.push(word("from", "end")),
             Self::Window { hop: Some(hop), .. } => extras.push(("hop", hop.to_string(), hop.to_string())),
         }
         extras
@@ -199,7 +199,7 @@ impl FromStr for Length {
         let mut rule = match kind.trim() {
             "resample" => Self::Resample { to },
             "pad" => Self::Pad { to, value: Padding::Zero, longer: Longer::Refuse },
-            "crop" => Self::Crop { to, from: Part::Start },
+            "crop" => Self::Crop { to, from: CropPart::Start },
             "window" => Self::Window { to, hop: None },
             _ => return Err(refuse()),
         };
@@ -209,9 +209,9 @@ impl FromStr for Length {
                 (Self::Pad { value, .. }, "zero") => *value = Padding::Zero,
                 (Self::Pad { longer, .. }, "crop") => *longer = Longer::Crop,
                 (Self::Pad { longer, .. }, "refuse") => *longer = Longer::Refuse,
-                (Self::Crop { from, .. }, "start") => *from = Part::Start,
-                (Self::Crop { from, .. }, "centre") => *from = Part::Centre,
-                (Self::Crop { from, .. }, "end") => *from = Part::End,
+                (Self::Crop { from, .. }, "start") => *from = CropPart::Start,
+                (Self::Crop { from, .. }, "centre") => *from = CropPart::Centre,
+                (Self::Crop { from, .. }, "end") => *from = CropPart::End,
                 (Self::Window { hop: hop @ None, .. }, word) => {
                     *hop = Some(word.parse().map_err(|_| refuse())?)
                 }

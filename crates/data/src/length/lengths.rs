@@ -1,4 +1,4 @@
-//! How long the recordings of a set are.
+//! The lengths of the recordings of a set.
 
 use crate::Error;
 use crate::error::plural;
@@ -6,23 +6,23 @@ use crate::length::length::Length;
 use serde::Serialize;
 use std::fmt::{self, Display, Formatter};
 
-/// The lengths of a set's recordings along time, before any rule, and what became of them.
+/// The lengths of a set's recordings along time, before any rule, and the rule for them.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Lengths {
     /// Number of recordings.
     pub recordings: usize,
-    /// Shortest and longest, in readings.
+    /// Shortest and longest, in time steps.
     pub range: [usize; 2],
     /// First quartile, median and third quartile; each the length of a recording (the lower of two).
     pub quartiles: [usize; 3],
-    /// How many different lengths there are.
+    /// Number of different lengths.
     pub distinct: usize,
-    /// The rule that was used. None where recordings are unequal and nobody has said what to do: the card then
-    /// shows them under the proposed one.
+    /// The rule that was used; none where recordings are unequal and no rule is given. The card then shows them under the
+    /// proposed one.
     pub rule: Option<Length>,
-    /// What would do: all recordings at the median length.
+    /// A rule that would do: all recordings at the median length.
     pub proposed: Length,
-    /// Readings that are in no sample.
+    /// Time steps that are in no sample.
     pub unused: usize,
     /// Recordings that are shorter than a window.
     pub too_short: usize,
@@ -46,26 +46,20 @@ impl Lengths {
             too_short: 0,
         }
     }
-}
 
-impl Lengths {
-    /// What is said where recordings are unequal and there is no rule.
+    /// Refuses unequal recordings without a rule.
     pub(crate) fn refused(&self, file: &str) -> Error {
         let ([shortest, longest], proposed) = (self.range, self.proposed);
         Error::UnequalLengths { file: file.into(), shortest, longest, proposed }
     }
-}
 
-impl Lengths {
-    /// What is in no sample; none where everything is.
+    /// Says what is in no sample; none where everything is.
     pub(crate) fn left_out(&self) -> Option<String> {
-        let short = (self.too_short > 0)
-            .then(|| format!("{} shorter than a window", plural(self.too_short, "recording")));
-        match (self.unused, short) {
-            (0, _) => None,
-            (unused, None) => Some(format!("{} in no sample", plural(unused, "reading"))),
-            (unused, Some(short)) => Some(format!("{} in no sample, {short}", plural(unused, "reading"))),
-        }
+        let short = match self.too_short {
+            0 => String::new(),
+            count => format!(", {} shorter than a window", plural(count, "recording")),
+        };
+        (self.unused > 0).then(|| format!("{} in no sample{short}", plural(self.unused, "reading")))
     }
 }
 

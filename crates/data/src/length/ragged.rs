@@ -1,4 +1,4 @@
-//! Samples as recorded: each may have a length of its own along one axis, which is time.
+//! Samples as recorded: they may differ in length along one axis, which is time.
 
 use crate::dataset::digest::{RowHash, hash_row};
 use crate::formats::npy::c_order;
@@ -12,15 +12,15 @@ use std::ops::Range;
 pub(crate) struct Ragged {
     /// Sample after sample, each in C order.
     values: Vec<f32>,
-    /// Shape of a sample; of unequal ones that of the longest.
+    /// Shape of a sample, of the longest where they are unequal.
     shape: Vec<usize>,
     samples: usize,
-    /// Of unequal samples the axis in which they differ, and the length of each along it.
-    own: Option<(usize, Vec<usize>)>,
+    /// The axis in which samples differ, and the length of each along it; none where they are equal.
+    unequal: Option<(usize, Vec<usize>)>,
 }
 
 impl From<ArrayD<f32>> for Ragged {
-    /// Samples `[N, ...]` of one shape.
+    /// Takes samples `[N, ...]` of one shape.
     fn from(x: ArrayD<f32>) -> Self {
         let (samples, shape) = (x.shape()[0], x.shape()[1..].to_vec());
         let x = c_order(x);
@@ -28,54 +28,54 @@ impl From<ArrayD<f32>> for Ragged {
         let (mut values, offset) = x.into_raw_vec_and_offset();
         values.drain(..offset.unwrap_or(0));
         values.truncate(size);
-        Self { values, shape, samples, own: None }
+        Self { values, shape, samples, unequal: None }
     }
 }
 
 impl Ragged {
-    /// Samples one after the other that have the `shape` but for their `lengths` along `axis`.
+    /// Takes samples one after the other that have the `shape` but for their `lengths` along `axis`.
     pub fn of_lengths(values: Vec<f32>, shape: Vec<usize>, axis: usize, lengths: Vec<usize>) -> Self {
-        Self { values, shape, samples: lengths.len(), own: Some((axis, lengths)) }.settled()
+        Self { values, shape, samples: lengths.len(), unequal: Some((axis, lengths)) }.settled()
     }
 
-    /// Number of samples.
+    /// Returns the number of samples.
     pub fn len(&self) -> usize {
         self.samples
     }
 
-    /// `[N, ...]`; the longest where samples are unequal.
+    /// Returns `[N, ...]`, of the longest where samples are unequal.
     pub fn shape(&self) -> Vec<usize> {
         [&[self.samples], self.shape.as_slice()].concat()
     }
 
-    /// Shape of a sample; of unequal ones that of the longest.
+    /// Returns the shape of a sample, of the longest where they are unequal.
     pub fn sample_shape(&self) -> &[usize] {
         &self.shape
     }
 
-    /// Whether samples differ in length.
+    /// Checks whether samples differ in length.
     pub fn is_unequal(&self) -> bool {
-        self.own.is_some()
+        self.unequal.is_some()
     }
 
-    /// Lengths along `axis`.
+    /// Returns the length of each sample along `axis`.
     pub fn lengths(&self, axis: usize) -> Vec<usize> {
-        match &self.own {
-            Some((own, lengths)) if *own == axis => lengths.clone(),
+        match &self.unequal {
+            Some((time, lengths)) if *time == axis => lengths.clone(),
             _ => vec![self.shape[axis]; self.samples],
         }
     }
 
-    /// Shape of one sample.
+    /// Returns the shape of one sample.
     pub fn shape_of(&self, sample: usize) -> Vec<usize> {
         let mut shape = self.shape.clone();
-        if let Some((axis, lengths)) = &self.own {
+        if let Some((axis, lengths)) = &self.unequal {
             shape[*axis] = lengths[sample];
         }
         shape
     }
 
-    /// Values of each sample.
+    /// Iterates over the values of each sample.
     pub fn each(&self) -> impl Iterator<Item = &[f32]> {
         let mut start = 0;
         (0..self.samples).map(move |sample| {
@@ -87,13 +87,13 @@ impl Ragged {
 
     fn size_of(&self, sample: usize) -> usize {
         let size: usize = self.shape.iter().product();
-        match &self.own {
+        match &self.unequal {
             None => size,
             Some((axis, lengths)) => size / self.shape[*axis] * lengths[sample],
         }
     }
 
-    /// These samples and then others of the same shape; both shapes where they are not.
+    /// Appends samples of the same shape; returns both shapes where they differ.
     pub fn joined(mut self, next: Self) -> Result<Self, [Vec<usize>; 2]> {
         if self.shape != next.shape || self.is_unequal() || next.is_unequal() {
             return Err([self.shape, next.shape]);
@@ -103,21 +103,21 @@ impl Ragged {
         Ok(self)
     }
 
-    /// Fingerprint of each sample.
+    /// Returns the fingerprint of each sample.
     pub fn hashes(&self) -> Vec<RowHash> {
         self.each().map(hash_row).collect()
     }
 
-    /// All samples as one array; those of unequal length are no array.
+    /// Returns all samples as one array; none where their lengths are unequal.
     pub fn into_array(self) -> Option<ArrayD<f32>> {
         let shape = self.shape();
-        match self.own {
+        match self.unequal {
             Some(_) => None,
             None => ArrayD::from_shape_vec(shape, self.values).ok(),
         }
     }
 
-    /// The samples `kept` and `channels` along their first axis, which is not the one in which they differ.
+    /// Selects the samples `kept` and `channels` along their first axis, which is not the one in which they differ.
     pub fn select(mut self, kept: &[usize], channels: Option<&[usize]>) -> Self {
         if kept.len() == self.samples && channels.is_none() {
             return self;
@@ -135,31 +135,32 @@ impl Ragged {
         let rows: usize = kept.iter().map(|row| starts[*row].len()).sum();
         let mut values = Vec::with_capacity(rows / first * channels.map_or(first, <[usize]>::len));
         for &sample in kept {
-            let own = &self.values[starts[sample].clone()];
+            let sample = &self.values[starts[sample].clone()];
             match channels {
-                None => values.extend_from_slice(own),
+                None => values.extend_from_slice(sample),
                 Some(channels) => {
-                    let each = own.len() / first;
-                    channels.iter().for_each(|c| values.extend_from_slice(&own[c * each..(c + 1) * each]));
+                    let each = sample.len() / first;
+                    channels.iter().for_each(|c| values.extend_from_slice(&sample[c * each..(c + 1) * each]));
                 }
             }
         }
         if let Some(channels) = channels {
             self.shape[0] = channels.len();
         }
-        let own = self.own.map(|(axis, lengths)| (axis, kept.iter().map(|row| lengths[*row]).collect()));
-        Self { values, samples: kept.len(), shape: self.shape, own }.settled()
+        let unequal = self.unequal.map(|(axis, all)| (axis, kept.iter().map(|row| all[*row]).collect()));
+        Self { values, samples: kept.len(), shape: self.shape, unequal }.settled()
     }
 
-    /// Takes steps at the end of a sample in which every value is NaN for the padding that it is; a sample of
-    /// nothing else stays.
-    pub fn without_padding(mut self, axis: usize) -> Self {
+    /// Cuts off time steps at the end of a sample in which every value is NaN; a sample of nothing else stays. `axis` is
+    /// the time axis; samples without one stay as they are.
+    pub fn without_padding(mut self, axis: Option<usize>) -> Self {
+        let Some(axis) = axis else { return self };
         let (outer, inner) = self.around(axis);
         let mut lengths = self.lengths(axis);
-        for (own, length) in self.each().zip(&mut lengths) {
+        for (values, length) in self.each().zip(&mut lengths) {
             let all = *length;
             let is_blank = |t: &usize| {
-                (0..outer).all(|o| own[(o * all + t) * inner..][..inner].iter().all(|v| v.is_nan()))
+                (0..outer).all(|o| values[(o * all + t) * inner..][..inner].iter().all(|v| v.is_nan()))
             };
             let blank = (0..all).rev().take_while(is_blank).count();
             *length = if blank == all { all } else { all - blank };
@@ -179,22 +180,22 @@ impl Ragged {
             from += outer * old * inner;
         }
         self.values.truncate(to);
-        self.own = Some((axis, lengths));
+        self.unequal = Some((axis, lengths));
         self.settled()
     }
 
-    /// Values before and after an axis in a sample's memory order: `outer · length · inner` are all.
+    /// Returns the number of values before and after an axis in memory: a sample has `before · length · after`.
     pub fn around(&self, axis: usize) -> (usize, usize) {
         (self.shape[..axis].iter().product(), self.shape[axis + 1..].iter().product())
     }
 
-    /// Sets the shape to the longest, and forgets lengths that are all equal.
+    /// Sets the shape to the longest, and drops lengths that are all equal.
     fn settled(mut self) -> Self {
-        if let Some((axis, lengths)) = &self.own {
+        if let Some((axis, lengths)) = &self.unequal {
             let longest = lengths.iter().max().map_or(0, |length| *length);
             self.shape[*axis] = longest;
             if lengths.iter().all(|length| *length == longest) {
-                self.own = None;
+                self.unequal = None;
             }
         }
         self
@@ -209,24 +210,31 @@ pub(crate) struct Collected {
     /// Name and shape of the first sample, and the axis along which others may differ from it.
     first: Option<(String, Vec<usize>, Option<usize>)>,
     lengths: Vec<usize>,
-    /// How many samples there will be, where that is known; 0 otherwise.
+    /// Number of samples that will come, where it is known; 0 otherwise.
     expected: usize,
-    most: Limits,
+    limits: Limits,
 }
 
 impl Collected {
-    pub fn new(file: &str, most: Limits) -> Self {
-        Self { file: file.into(), ragged: Ragged::default(), first: None, lengths: vec![], expected: 0, most }
+    pub fn new(file: &str, limits: Limits) -> Self {
+        Self {
+            file: file.into(),
+            ragged: Ragged::default(),
+            first: None,
+            lengths: vec![],
+            expected: 0,
+            limits,
+        }
     }
 
-    /// Keeps room for so many samples of the size of the first: growing step by step would take twice the memory
+    /// Reserves memory for `expected` samples of the size of the first: growing step by step would take twice the memory
     /// in the end.
     pub fn of_about(self, expected: usize) -> Self {
         Self { expected, ..self }
     }
 
-    /// Adds a sample, which may differ from the first along time only: the axis `time` of the first, whatever is
-    /// said of later ones. `hint` says what to do about one that differs elsewhere.
+    /// Adds a sample, which may differ from the first along time only: the axis `time` of the first, whatever is given
+    /// for later ones. `hint` says how to fix one that differs elsewhere.
     pub fn push(
         &mut self,
         name: &str,
@@ -238,46 +246,37 @@ impl Collected {
         let of_first = || (name.to_string(), shape.to_vec(), time);
         let (first, first_shape, time) = self.first.get_or_insert_with(of_first);
         let time = *time;
-        let fits = |(axis, (own, first)): (usize, (&usize, &usize))| Some(axis) == time || own == first;
+        let fits = |(axis, (length, first)): (usize, (&usize, &usize))| Some(axis) == time || length == first;
         let mut all = shape.iter().zip(first_shape.iter()).enumerate();
         if shape.len() != first_shape.len() || !all.all(fits) {
             let (first, first_shape) = (first.clone(), first_shape.clone());
-            return Err(Error::SampleShape {
-                file: name.into(),
-                shape: shape.to_vec(),
-                first,
-                first_shape,
-                hint,
-            });
+            let (file, shape) = (name.into(), shape.to_vec());
+            return Err(Error::SampleShape { file, shape, first, first_shape, hint });
         }
-        if (self.ragged.values.len() + values.len()) as u64 > self.most.max_values {
+        if (self.ragged.values.len() + values.len()) as u64 > self.limits.max_values {
             let shape = [&[self.lengths.len() + 1], shape].concat();
-            return Err(Error::TooLarge {
-                at: self.file.clone(),
-                shape: shape.iter().map(|n| *n as u64).collect(),
-                limit: self.most.max_values,
-                hint: "take fewer recordings or raise limits.max_values",
-            });
+            let hint = "take fewer recordings or raise limits.max_values";
+            return Err(self.limits.too_large(&self.file, &shape, hint));
         }
         if self.lengths.is_empty() {
-            let size = self.expected.saturating_mul(values.len()).min(self.most.max_values as usize);
-            // Without the room it grows step by step after all.
+            let size = self.expected.saturating_mul(values.len()).min(self.limits.max_values as usize);
+            // Where this fails, memory grows step by step.
             let _ = self.ragged.values.try_reserve_exact(size);
         }
         self.lengths.push(time.map_or(0, |axis| shape[axis]));
         self.ragged.values.extend_from_slice(values);
         if self.lengths.len() == 1 {
             self.ragged.shape = shape.to_vec();
-            self.ragged.own = time.map(|axis| (axis, vec![]));
+            self.ragged.unequal = time.map(|axis| (axis, vec![]));
         }
         Ok(())
     }
 
-    /// All samples; none where there are none.
+    /// Returns all samples; none where there are none.
     pub fn finish(self) -> Option<Ragged> {
         let Self { mut ragged, lengths, .. } = self;
         ragged.samples = lengths.len();
-        ragged.own = ragged.own.map(|(axis, _)| (axis, lengths));
+        ragged.unequal = ragged.unequal.map(|(axis, _)| (axis, lengths));
         (ragged.samples > 0).then(|| ragged.settled())
     }
 }

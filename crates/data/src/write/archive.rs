@@ -1,4 +1,4 @@
-//! NumPy arrays as bytes: one `.npy`, or several in an `.npz`.
+//! Writes NumPy arrays as bytes: one `.npy`, or several in an `.npz`.
 
 use std::io::{self, Cursor, Write};
 
@@ -7,15 +7,15 @@ use npyz::{AutoSerialize, WriterBuilder};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
 
-/// One array as the bytes of a `.npy`, row-major.
+/// Writes one array as the bytes of a `.npy`, row-major.
 ///
 /// # Errors
 ///
 /// More or fewer values than `shape` has.
 pub fn npy_bytes<T: AutoSerialize + Copy>(shape: &[usize], values: &[T]) -> io::Result<Vec<u8>> {
     let mut bytes = vec![];
-    let mut array =
-        npyz::WriteOptions::new().default_dtype().shape(&long(shape)).writer(&mut bytes).begin_nd()?;
+    let shape: Vec<u64> = shape.iter().map(|axis| *axis as u64).collect();
+    let mut array = npyz::WriteOptions::new().default_dtype().shape(&shape).writer(&mut bytes).begin_nd()?;
     array.extend(values.iter().copied())?;
     array.finish()?;
     Ok(bytes)
@@ -47,22 +47,18 @@ impl Npz {
         let options = SimpleFileOptions::default()
             .compression_method(CompressionMethod::Deflated)
             .last_modified_time(DateTime::default());
-        // In one piece: the compressor clears its buffer at every call.
+        // Written at once: the compressor clears its buffer at every call.
         let bytes = npy_bytes(shape, values)?;
         self.archive.start_file(file_name_from_array_name(name), options)?;
         self.archive.write_all(&bytes)
     }
 
-    /// The archive's bytes.
+    /// Returns the bytes of the archive.
     ///
     /// # Errors
     ///
-    /// What the archiver says.
+    /// An error of the archiver.
     pub fn finish(self) -> io::Result<Vec<u8>> {
         Ok(self.archive.finish()?.into_inner())
     }
-}
-
-fn long(shape: &[usize]) -> Vec<u64> {
-    shape.iter().map(|axis| *axis as u64).collect()
 }

@@ -1,19 +1,19 @@
-//! Any data set that can be read, as one plain form: arrays in a `.npz` and a file of names beside it.
+//! Converts any data set that can be read to arrays in a `.npz` and a file of names beside it.
 
 use crate::dataset::assemble::{Checked, assemble};
 use crate::dataset::dataset::Dataset;
-use crate::dataset::spec_of::time_axis;
+use crate::dataset::spec_of::likeliest_layout;
 use crate::length::length::{Length, Longer, Padding};
 use crate::load::open;
-use crate::options::ReadOptions;
-use crate::reader::Purpose;
+use crate::options::{ReadOptions, refuse_set};
+use crate::reader::{Purpose, has_ending};
 use crate::write::save::write;
 use crate::{Error, Result};
 use ndarray::{ArrayD, Axis};
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// What [`convert`] has written.
+/// The files that [`convert`] has written.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Converted {
     /// The arrays, and the names beside them.
@@ -32,12 +32,11 @@ pub struct Converted {
 ///
 /// # Errors
 ///
-/// As [`load`](crate::load), but for unequal lengths; another ending of `output` than `.npz`; what the system says.
+/// As [`load`](crate::load), but for unequal lengths; another ending of `output` than `.npz`; a file that cannot be written.
 pub fn convert(path: &Path, options: &ReadOptions, output: &Path) -> Result<Converted> {
-    if output.extension().is_none_or(|ending| !ending.eq_ignore_ascii_case("npz")) {
-        let (file, why) = (output.display().to_string(), "is the name of a .npz file to write");
-        return Err(Error::Option { file, option: "output", why });
-    }
+    let is_other = !has_ending(output, &["npz"]);
+    let why = "is the name of a .npz file to write";
+    refuse_set(&output.display().to_string(), &[("output", is_other)], why)?;
     let (mut data, readings) = read(path, options)?;
     let axis = data.spec.layout.time_axis();
     let padded = match (readings, axis) {
@@ -55,14 +54,16 @@ pub fn convert(path: &Path, options: &ReadOptions, output: &Path) -> Result<Conv
     Ok(Converted { files, shape: data.x.shape().to_vec(), padded })
 }
 
-/// The data set; unequal recordings without a rule are filled up to the longest, and the readings of each said.
+/// Reads the data set, and fills up unequal recordings without a rule to the longest. Then it also returns the time steps of
+/// each.
 fn read(path: &Path, options: &ReadOptions) -> Result<(Dataset, Option<Vec<usize>>)> {
     let mut raw = open(path, Purpose::Learn, options)?;
     let mut options = options.clone();
-    let time = time_axis(options.layout, raw.facts.layout, raw.format, &raw.dtype, raw.x.sample_shape());
+    let given = [options.layout, raw.facts.layout, raw.format];
+    let time = likeliest_layout(given, &raw.dtype, raw.x.sample_shape()).time_axis();
     let mut is_filled = false;
     if let (Some(axis), None) = (time, options.length) {
-        raw.x = std::mem::take(&mut raw.x).without_padding(axis);
+        raw.x = std::mem::take(&mut raw.x).without_padding(time);
         is_filled = raw.x.is_unequal();
         let to = raw.x.sample_shape()[axis];
         let fill = Length::Pad { to, value: Padding::Zero, longer: Longer::Refuse };
@@ -75,7 +76,7 @@ fn read(path: &Path, options: &ReadOptions) -> Result<(Dataset, Option<Vec<usize
     }
 }
 
-/// What follows the readings of a recording becomes NaN.
+/// Overwrites all that follows the time steps of a recording with NaN.
 fn blank(x: &mut ArrayD<f32>, axis: usize, readings: &[usize]) {
     for (mut sample, readings) in x.axis_iter_mut(Axis(0)).zip(readings) {
         sample.slice_axis_mut(Axis(axis), (*readings..).into()).fill(f32::NAN);

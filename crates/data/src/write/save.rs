@@ -1,4 +1,4 @@
-//! A data set as an `.npz` with its names beside it, to be read back equal.
+//! Writes a data set as an `.npz` with its names beside it, to be read back equal.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -20,8 +20,8 @@ impl Dataset {
     /// - `x` `[N, ...]` f32.
     /// - `y` `[N]`, or `[N, k]` of attributes, whose names are not kept; groups `[N]` under their own name; `test`
     ///   `[N]`, 1 for the samples that the authors test on.
-    /// - in JSON what the axes are, class names, unit, rate (Hz), full scale, whether samples were simulated, which
-    ///   arrays hold groups and marks, and where each sample came from.
+    /// - in JSON the axes, class names, unit, rate (Hz), full scale, source of simulated samples, names of the arrays of
+    ///   groups and marks, and origin of each sample.
     ///
     /// Rest values and the table or topics that samples were cut from are not kept.
     ///
@@ -32,7 +32,7 @@ impl Dataset {
     }
 }
 
-/// Writes the arrays and the names beside them; gives both files, or the one that cannot be written.
+/// Writes the arrays and the names beside them. Returns both files, or the one that cannot be written.
 pub(crate) fn write(data: &Dataset, path: &Path) -> Result<[PathBuf; 2], (PathBuf, io::Error)> {
     let group = group_array(data);
     let names = path.with_extension("classes.json");
@@ -43,11 +43,11 @@ pub(crate) fn write(data: &Dataset, path: &Path) -> Result<[PathBuf; 2], (PathBu
     Ok([path.into(), names])
 }
 
-/// The array that holds the groups.
+/// Returns the name of the array of groups.
 fn group_array(data: &Dataset) -> Option<String> {
     data.groups.as_ref()?;
-    let own = data.group_name.clone().filter(|name| !ARRAYS.contains(&name.as_str()));
-    Some(own.unwrap_or_else(|| "group".into()))
+    let name = data.group_name.clone().filter(|name| !ARRAYS.contains(&name.as_str()));
+    Some(name.unwrap_or_else(|| "group".into()))
 }
 
 /// Returns all columns of labels; none where the targets are values.
@@ -78,11 +78,11 @@ fn arrays(data: &Dataset, group: Option<&str>) -> io::Result<Vec<u8>> {
     npz.finish()
 }
 
-/// What [`names_file`](crate::layout::names_file) reads.
+/// Returns the facts that [`names_file`](crate::layout::names_file) reads.
 fn facts(data: &Dataset, group: Option<&str>) -> Value {
     let spec = &data.spec;
     let simulated = data.source.is_simulated().then(|| data.source.to_string());
-    // As JSON has it: an f32 in as many digits as it needs.
+    // An f32 in as many digits as it needs, which JSON writes as f64.
     let full_scale = spec.full_scale.and_then(|full| full.to_string().parse::<f64>().ok());
     let said = [
         ("source", simulated.map(Value::from)),
@@ -103,7 +103,7 @@ fn facts(data: &Dataset, group: Option<&str>) -> Value {
 /// Returns the names of classes, of each column's levels, or of quantities, with the key that they go by.
 fn names(data: &Dataset) -> (&'static str, Value) {
     let Some(labels) = labels(data) else { return ("quantities", json!(data.task().quantities())) };
-    let names: Vec<&Vec<String>> = labels.attributes().iter().map(|own| &own.classes).collect();
+    let names: Vec<&Vec<String>> = labels.attributes().iter().map(|attribute| &attribute.classes).collect();
     match names.as_slice() {
         [one] => ("classes", json!(one)),
         all => ("classes", json!(all)),

@@ -131,9 +131,9 @@ pub fn damaged(whole: &[u8], cut: usize, change: usize) -> Vec<Vec<u8>> {
     let mut all: Vec<Vec<u8>> = (0..whole.len()).step_by(cut).map(|end| whole[..end].to_vec()).collect();
     for at in (0..whole.len()).step_by(change) {
         for value in [whole[at] ^ 0x10, 0xFF, 0] {
-            let mut own = whole.to_vec();
-            own[at] = value;
-            all.push(own);
+            let mut damaged = whole.to_vec();
+            damaged[at] = value;
+            all.push(damaged);
         }
     }
     all

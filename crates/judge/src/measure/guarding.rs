@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use taxel_learn::guard::{Found, Guard};
+use taxel_learn::guard::{ReplacedElement, Guard};
 use taxel_learn::{FoldKey, Model, fitted_guard};
 
 use crate::case::Case;
@@ -46,7 +46,7 @@ fn trained_on(case: &Case, key: &FoldKey) -> Result<Vec<usize>> {
 
 impl Alarms {
     /// Counts the replacements in some samples.
-    pub(super) fn of(guard: &Guard, found: &[Vec<Found>]) -> Self {
+    pub(super) fn of(guard: &Guard, found: &[Vec<ReplacedElement>]) -> Self {
         Alarms {
             samples: found.len(),
             alarmed: found.iter().filter(|places| !places.is_empty()).count(),

@@ -6,7 +6,7 @@ use ndarray::{ArrayD, Axis};
 use rayon::prelude::*;
 use taxel_data::Targets;
 use taxel_faults::{Fault, Sensor};
-use taxel_learn::guard::{Found, Guard};
+use taxel_learn::guard::{ReplacedElement, Guard};
 use taxel_learn::metrics::Outcome;
 use taxel_learn::{FoldKey, FoldRecord, Predictor, mended};
 
@@ -226,7 +226,7 @@ fn predict_behind(
     predictor: &Predictor,
     clean: &ArrayD<f32>,
     x: &ArrayD<f32>,
-    found: &[Vec<Found>],
+    found: &[Vec<ReplacedElement>],
     without: Option<&RawOutputs>,
 ) -> Result<RawOutputs> {
     let Some((outputs, refused)) = without else { return predict(predictor, clean, x) };

@@ -2,7 +2,7 @@
 
 use taxel_base::Layout;
 use taxel_encodings::{
-    CodePlan, ElectrodeImage, Frame, ImagePlan, NumaTac, ReductionPlan, ResizePlan, Scaling, TactileTensor,
+    CodePlan, ElectrodeImage, ImagePlan, NumaTac, OneFrame, ReductionPlan, ResizePlan, Scaling, TactileTensor,
 };
 
 use super::axes::{refused, wrong_axes};
@@ -52,7 +52,7 @@ enum Operation {
     Rocket(Box<RocketPlan>),
     Field(Box<ImagePlan>),
     Frame {
-        frame: Frame,
+        frame: OneFrame,
         shape: [usize; 3],
     },
     /// Grey as the red of three colours.

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use taxel_base::Layout;
 use taxel_data::SampleSpec;
-use taxel_encodings::{Colormap, Constant, Frame, Gaf, HardnessImage, Method, Order, Reduction};
+use taxel_encodings::{Colormap, Constant, OneFrame, Gaf, HardnessImage, Method, Order, Reduction};
 
 use super::names::{IMAGE, ROCKET, TENSOR};
 use super::range::Range;
@@ -108,7 +108,7 @@ impl Default for PictureSettings {
 #[serde(deny_unknown_fields, default)]
 pub struct SqueezeFrame {
     /// `"peak"` (default), or `{ at = 5 }`.
-    pub frame: Frame,
+    pub frame: OneFrame,
     /// As of [`PictureSettings`].
     pub scale: Scale,
     /// As of [`PictureSettings`].
@@ -121,7 +121,7 @@ pub struct SqueezeFrame {
 impl Default for SqueezeFrame {
     fn default() -> Self {
         let PictureSettings { scale, resize, red } = PictureSettings::default();
-        SqueezeFrame { frame: Frame::default(), scale, resize, red }
+        SqueezeFrame { frame: OneFrame::default(), scale, resize, red }
     }
 }
 

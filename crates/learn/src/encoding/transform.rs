@@ -5,8 +5,8 @@ use serde::{Deserialize, Serialize};
 use taxel_base::Layout;
 use taxel_encodings::numatac::{fit_features, scale_features};
 use taxel_encodings::{
-    ElectrodeImage, Frame, HardnessImage, NumaTac, QuantileCode, Reduction, Resize, Scaling, TactileTensor,
-    red_channel,
+    ElectrodeImage, HardnessImage, NumaTac, OneFrame, QuantileCode, Reduction, Resize, Scaling,
+    TactileTensor, red_channel,
 };
 
 use super::axes::{
@@ -33,7 +33,7 @@ pub enum Transform {
     /// Images, or one frame of each `[N, T, H, W]`, coloured and resized, then scaled per channel.
     Picture {
         /// Which frame; none where the samples are images.
-        frame: Option<Frame>,
+        frame: Option<OneFrame>,
         /// Whether one grey channel becomes the red of three.
         red: bool,
         /// The new size.
@@ -302,7 +302,7 @@ impl Transform {
 /// Makes pictures of images, or of one frame of each sample: coloured, then resized.
 fn pictures(
     x: &ArrayD<f32>,
-    frame: Option<Frame>,
+    frame: Option<OneFrame>,
     red: bool,
     resize: Option<&Resize>,
     source: &str,
@@ -368,7 +368,7 @@ mod tests {
             for (red, channels) in [(true, 3), (false, 1)] {
                 for scaling in scales(channels) {
                     agree(
-                        Transform::Picture { frame: Some(Frame::Peak), red, resize: None, scaling },
+                        Transform::Picture { frame: Some(OneFrame::Peak), red, resize: None, scaling },
                         vec![1, 5, 4, 4],
                         rest,
                     );

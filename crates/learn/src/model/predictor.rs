@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use ndarray::{ArrayD, ArrayRef, Axis, CowArray, IxDyn, Slice};
 use taxel_graph::Weights;
-use taxel_guard::{Found, Guard, Watch};
+use taxel_guard::{ReplacedElement, Guard, Watch};
 
 use super::card::{Card, ModelInput};
 use super::predictions::Predictions;
@@ -63,7 +63,7 @@ impl Predictor {
     ///
     /// # Errors
     /// As [`Predictor::encode`], but that nothing is encoded.
-    pub fn found(&self, x: &RawSamples) -> Result<Vec<Vec<Found>>> {
+    pub fn found(&self, x: &RawSamples) -> Result<Vec<Vec<ReplacedElement>>> {
         let x = &*self.kept(x);
         self.check(x)?;
         Ok(match &self.guard {

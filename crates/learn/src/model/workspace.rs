@@ -1,6 +1,6 @@
 //! Memory of one thread that predicts sample by sample.
 
-use taxel_guard::{Found, Watch};
+use taxel_guard::{ReplacedElement, Watch};
 use taxel_runtime as runtime;
 
 use crate::encoding::Compiled;
@@ -56,7 +56,7 @@ impl Workspace {
     }
 
     /// Returns the findings of the guard in the last sample; nothing without a guard.
-    pub fn found(&self) -> &[Found] {
+    pub fn found(&self) -> &[ReplacedElement] {
         self.guard.as_ref().map_or(&[], |guard| guard.watch.found())
     }
 }

@@ -2,7 +2,7 @@
 
 use ndarray::{ArrayD, Axis};
 use taxel_data::Dataset;
-use taxel_faults::{Plan, Sensor, TrainingFaults};
+use taxel_faults::{FaultPlan, Sensor, TrainingFaults};
 use taxel_guard::Watch;
 
 use crate::encoding::{Compiled, Input};
@@ -13,7 +13,7 @@ use crate::training::part::TrainingKey;
 
 /// Breaks the samples of one training and encodes them.
 pub(crate) struct Breaker<'a> {
-    plan: Plan,
+    plan: FaultPlan,
     sensor: Sensor,
     dataset: &'a Dataset,
     part: TrainingKey,

@@ -1,4 +1,4 @@
-//! What a camera behind the gel sees of its coat.
+//! The picture that a camera behind the gel takes of its coat.
 //!
 //! # Reference
 //!
@@ -31,14 +31,15 @@ impl Dent {
         let total: f64 = weights.iter().sum();
         let last = self.side as i64 - 1;
         let pass = |from: &[f64], by_row: bool| -> Vec<f64> {
-            let at = |own: usize, shift: i64| {
-                let (row, column) = ((own / self.side) as i64, (own % self.side) as i64);
+            let at = |pixel: usize, shift: i64| {
+                let (row, column) = ((pixel / self.side) as i64, (pixel % self.side) as i64);
                 let moved = |v: i64| (v + shift).clamp(0, last);
                 let (row, column) = if by_row { (moved(row), column) } else { (row, moved(column)) };
                 from[row as usize * self.side + column as usize]
             };
-            let smooth = |own| weights.iter().zip(-reach..).map(|(w, shift)| w * at(own, shift)).sum::<f64>();
-            (0..from.len()).map(|own| smooth(own) / total).collect()
+            let smooth =
+                |pixel| weights.iter().zip(-reach..).map(|(w, shift)| w * at(pixel, shift)).sum::<f64>();
+            (0..from.len()).map(|pixel| smooth(pixel) / total).collect()
         };
         let depth = pass(&pass(&self.depth, true), false);
         Dent { depth, ..self }
@@ -49,8 +50,8 @@ impl Dent {
         let at = |row: usize, column: usize| self.depth[row * self.side + column];
         let last = self.side - 1;
         let lamps = lamps();
-        (0..self.depth.len()).map(move |own| {
-            let (row, column) = (own / self.side, own % self.side);
+        (0..self.depth.len()).map(move |pixel| {
+            let (row, column) = (pixel / self.side, pixel % self.side);
             // Towards the neighbours that there are, two places apart except at the edge.
             let slope = |low: f64, high: f64, apart: usize| (high - low) / (apart.max(1) as f64 * self.pitch);
             let (left, right) = (column.saturating_sub(1), (column + 1).min(last));
@@ -76,7 +77,7 @@ fn lamps() -> [[f64; 3]; 3] {
     })
 }
 
-/// What a pixel reads where nothing touches, in counts.
+/// Returns the value of a pixel where nothing touches, in counts.
 pub(super) fn rest() -> f64 {
     let flat = AMBIENT.get() + (1.0 - AMBIENT.get()) * ELEVATION.get().to_radians().sin();
     (FULL_SCALE * flat).round()
@@ -88,7 +89,7 @@ mod tests {
 
     fn dent(of: impl Fn(f64, f64) -> f64) -> Dent {
         let middle = |at: usize| at as f64 - 7.0;
-        let depth = (0..225).map(|own| of(middle(own % 15), -middle(own / 15))).collect();
+        let depth = (0..225).map(|pixel| of(middle(pixel % 15), -middle(pixel / 15))).collect();
         Dent { depth, side: 15, pitch: 1.0 }
     }
 

@@ -95,11 +95,12 @@ mod tests {
     #[test]
     fn every_cloth_has_a_face_of_its_own_and_no_hole() {
         let all = CLOTHS.map(|(name, face)| (name, heights(face)));
-        for (at, (name, own)) in all.iter().enumerate() {
-            let (low, high) = own.iter().fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(*v), h.max(*v)));
+        for (at, (name, heights)) in all.iter().enumerate() {
+            let (low, high) = heights.iter().fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(*v), h.max(*v)));
             assert!(low >= 0.0 && high > 0.4 && high < 2.0, "{name}: {low} to {high}");
             for (other, faces) in &all[..at] {
-                let apart = own.iter().zip(faces).map(|(a, b)| (a - b).abs()).sum::<f64>() / own.len() as f64;
+                let apart =
+                    heights.iter().zip(faces).map(|(a, b)| (a - b).abs()).sum::<f64>() / heights.len() as f64;
                 assert!(apart > 0.02, "{name} and {other}: {apart}");
             }
         }

@@ -1,4 +1,4 @@
-//! What is grasped: the 30 objects of Zhang et al. 2022 and their levels.
+//! The grasped objects: the 30 of Zhang et al. 2022 and their levels.
 //!
 //! # Reference
 //!
@@ -11,18 +11,18 @@ use crate::Effect;
 
 /// One object: its name and its levels, 1 to 10.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Object {
+pub(super) struct GraspedObject {
     pub(super) name: &'static str,
     pub(super) elasticity: u8,
     pub(super) hardness: u8,
 }
 
-const fn object(name: &'static str, elasticity: u8, hardness: u8) -> Object {
-    Object { name, elasticity, hardness }
+const fn object(name: &'static str, elasticity: u8, hardness: u8) -> GraspedObject {
+    GraspedObject { name, elasticity, hardness }
 }
 
 /// The 30 objects in the order of figure 3.
-pub(super) const OBJECTS: [Object; 30] = [
+pub(super) const OBJECTS: [GraspedObject; 30] = [
     object("towel", 3, 2),
     object("garbage bag", 1, 1),
     object("paper cup", 8, 5),
@@ -55,7 +55,7 @@ pub(super) const OBJECTS: [Object; 30] = [
     object("soap box", 4, 8),
 ];
 
-impl Object {
+impl GraspedObject {
     /// Its place among the objects of its hardness level: 0, 1 or 2.
     pub(super) fn place(&self) -> usize {
         let same = OBJECTS.iter().filter(|other| other.hardness == self.hardness);
@@ -65,7 +65,7 @@ impl Object {
 
 /// The objects as rows of `--explain`.
 pub(super) fn explain() -> Vec<Effect> {
-    let row = |object: &Object| Effect {
+    let row = |object: &GraspedObject| Effect {
         name: "object".into(),
         parameter: object.name.into(),
         value: format!("elasticity {}, hardness {}", object.elasticity, object.hardness),

@@ -10,7 +10,7 @@ use rand::RngExt;
 use std::f64::consts::TAU;
 use taxel_base::seed::Rng;
 
-/// What an object is made of.
+/// The material of an object.
 pub(super) struct Material {
     /// N/mm.
     pub(super) stiffness: f64,
@@ -27,8 +27,8 @@ impl Material {
     }
 }
 
-/// What differs from grasp to grasp.
-pub(super) struct Grasp {
+/// The quantities that differ from grasp to grasp.
+pub(super) struct GripperGrasp {
     material: Material,
     /// Of the first touch, s.
     pub(super) contact: f64,
@@ -41,17 +41,17 @@ pub(super) struct Grasp {
     offset: [[f64; 2]; 2],
 }
 
-/// What a grasp came to.
+/// The outcome of a grasp.
 #[derive(Debug, Default)]
-pub(super) struct Outcome {
+pub(super) struct GraspOutcome {
     /// Time at which the fingers stopped, s.
     pub(super) stop: f64,
     /// Largest force of each finger, N.
     pub(super) peak: [f64; 2],
 }
 
-impl Grasp {
-    pub(super) fn draw(world: &World, i: usize, session: usize, material: Material) -> Grasp {
+impl GripperGrasp {
+    pub(super) fn draw(world: &World, i: usize, session: usize, material: Material) -> GripperGrasp {
         let mut approach = world.rng(&format!("{i}/approach"));
         let [soonest, latest] = [APPROACH.value[0], APPROACH.value[1]];
         let contact = soonest + (latest - soonest) * approach.random::<f64>();
@@ -71,7 +71,7 @@ impl Grasp {
             ]
         });
         let late = [(-off).max(0.0), off.max(0.0)];
-        Grasp { material, contact, delay, late, pressure, tap, offset }
+        GripperGrasp { material, contact, delay, late, pressure, tap, offset }
     }
 
     /// Reading of DC at rest, per finger, bits.
@@ -80,12 +80,12 @@ impl Grasp {
     }
 
     /// Fills one recording `[2 fingers, 1 DC + 22 AC, ticks]`, row-major, in bits.
-    pub(super) fn record(&self, world: &World, i: usize, into: &mut [f32]) -> Outcome {
+    pub(super) fn record(&self, world: &World, i: usize, into: &mut [f32]) -> GraspOutcome {
         let ticks = RECORDED.get() as usize;
         let burst = BURST.get() as usize;
         let step = TICK.get() / BURST.get();
         let mut fingers = [0, 1].map(|finger| Finger::new(self, world, i, finger));
-        let mut outcome = Outcome { stop: f64::INFINITY, ..Outcome::default() };
+        let mut outcome = GraspOutcome { stop: f64::INFINITY, ..GraspOutcome::default() };
         let mut stop_at = f64::INFINITY;
         for tick in 0..ticks {
             for sub in 0..burst {
@@ -137,7 +137,7 @@ struct Finger {
 }
 
 impl Finger {
-    fn new(grasp: &Grasp, world: &World, i: usize, finger: usize) -> Finger {
+    fn new(grasp: &GripperGrasp, world: &World, i: usize, finger: usize) -> Finger {
         let quiet = |value: f64| world.unless("noise", value, 0.0);
         Finger {
             rng: world.rng(&format!("{i}/noise/{finger}")),
@@ -154,7 +154,7 @@ impl Finger {
     }
 
     /// Goes on by one AC value, bits.
-    fn step(&mut self, grasp: &Grasp, time: f64, depth: f64) -> f32 {
+    fn step(&mut self, grasp: &GripperGrasp, time: f64, depth: f64) -> f32 {
         let step = TICK.get() / BURST.get();
         // Object and foam in series, the object's flow taken off: F = K (depth - flow).
         let (material, firm) = (&grasp.material, grasp.material.firmness());

@@ -1,6 +1,6 @@
 //! Rays, surfaces and bodies inside the scene.
 
-use crate::shapes::mesh::{Frame, Grid, Mesh};
+use crate::shapes::mesh::{Mesh, RayGrid, ViewPlane};
 use crate::shapes::objects;
 use crate::shapes::solid::Solid;
 use crate::shapes::touch::tangent;
@@ -37,7 +37,7 @@ fn heights_are_those_of_ray_casting() {
     for _ in 0..12 {
         let (point, normal) = mesh.point(rng.random());
         let frame = tangent(point, normal, rng.random_range(0.0..6.0));
-        let grid = Grid { side: 5, pitch: rng.random_range(1.0..12.0) };
+        let grid = RayGrid { side: 5, pitch: rng.random_range(1.0..12.0) };
         let heights = mesh.heights(&frame, grid, f64::NEG_INFINITY);
         for (ray, height) in heights.into_iter().enumerate() {
             let (row, column) = ((ray / 5) as f64, (ray % 5) as f64);
@@ -60,7 +60,7 @@ fn a_floor_leaves_out_only_what_lies_below() {
     let mut rng = taxel_base::seed::rng(4, "test");
     let (point, normal) = mesh.point(rng.random());
     let frame = tangent(point, normal, 1.0);
-    let grid = Grid { side: 40, pitch: 3.0 };
+    let grid = RayGrid { side: 40, pitch: 3.0 };
     let all = mesh.heights(&frame, grid, f64::NEG_INFINITY);
     let most = mesh.heights(&frame, grid, -6.0);
     assert!(all.iter().flatten().any(|(height, _)| *height < -12.0));
@@ -75,7 +75,7 @@ fn tangent_planes_are_square_to_the_normal() {
     let tops = [[0.0, 0.0, 1.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0], [0.6, 0.0, 0.8], [1e-8, 0.0, 1.0]];
     for normal in tops {
         for spin in [0.0, 1.0, 4.0] {
-            let Frame { right, up, normal, .. } = tangent([1.0, 2.0, 3.0], normal, spin);
+            let ViewPlane { right, up, normal, .. } = tangent([1.0, 2.0, 3.0], normal, spin);
             for (a, b) in [(right, up), (right, normal), (up, normal)] {
                 assert!(dot(a, b).abs() < 1e-7, "{right:?} {up:?} {normal:?}");
             }
@@ -176,7 +176,7 @@ fn a_ray_through_an_edge_or_a_corner_meets_the_surface() {
     let mesh = Mesh::new("sheet", vertices, triangles, 72f64.sqrt()).unwrap();
     let frame = tangent([0.0; 3], [0.0, 0.0, 1.0], 0.0);
     for side in [13, 25, 31] {
-        let heights = mesh.heights(&frame, Grid { side, pitch: 6.0 / (side - 1) as f64 }, -1.0);
+        let heights = mesh.heights(&frame, RayGrid { side, pitch: 6.0 / (side - 1) as f64 }, -1.0);
         assert!(heights.iter().all(Option::is_some), "{side}: {heights:?}");
     }
 }

@@ -5,7 +5,7 @@
 //! Rouhafzay et al. 2021, sections 2 and 7: pictures by a virtual camera, nothing more
 //! is said. Here: parallel projection, one matt material, one lamp beside the camera.
 
-use crate::shapes::mesh::{Frame, Grid, Mesh};
+use crate::shapes::mesh::{Mesh, RayGrid, ViewPlane};
 use crate::shapes::vector::{Vector, add, cross, dot, length, scale};
 use ndarray::ArrayViewMut3;
 
@@ -28,9 +28,9 @@ pub(super) fn render(
     let side = picture.dim().1;
     let towards = [elevation.cos() * azimuth.cos(), elevation.cos() * azimuth.sin(), elevation.sin()];
     let right = [-azimuth.sin(), azimuth.cos(), 0.0];
-    let frame = Frame { middle: [0.0; 3], right, up: cross(towards, right), normal: towards };
+    let frame = ViewPlane { middle: [0.0; 3], right, up: cross(towards, right), normal: towards };
     let lamp = unit(add(towards, add(scale(right, -0.5), scale(frame.up, 0.6))));
-    let grid = Grid { side, pitch: diagonal * MARGIN / side as f64 };
+    let grid = RayGrid { side, pitch: diagonal * MARGIN / side as f64 };
     picture.fill(1.0);
     for (pixel, seen) in mesh.heights(&frame, grid, f64::NEG_INFINITY).into_iter().enumerate() {
         let Some((_, triangle)) = seen else { continue };

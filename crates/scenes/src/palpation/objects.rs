@@ -1,4 +1,4 @@
-//! What is squeezed: the 9 objects of Gandarias et al. 2019b and the 24 of Pastor et al. 2019.
+//! The squeezed objects: the 9 of Gandarias et al. 2019b and the 24 of Pastor et al. 2019.
 //!
 //! # Reference
 //!
@@ -10,7 +10,7 @@ use crate::Effect;
 
 /// The three subsets of Pastor et al. 2019; all of Gandarias et al. 2019b is deformable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum ObjectKind {
     Rigid,
     Deformable,
     InBag,
@@ -18,10 +18,10 @@ pub(super) enum Kind {
 
 /// One object. Lengths in mm, stiffness in kPa of pressure per mm of squeeze.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Object {
+pub(super) struct SqueezedObject {
     pub(super) name: &'static str,
-    pub(super) kind: Kind,
-    pub(super) shape: Shape,
+    pub(super) kind: ObjectKind,
+    pub(super) shape: ObjectShape,
     /// From the sensor to the fingers, unloaded.
     pub(super) thickness: f64,
     /// Of the object itself, without the sensor's pad.
@@ -57,7 +57,7 @@ pub(super) struct Inclusion {
 
 /// The side that touches the sensor.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Shape {
+pub(super) enum ObjectShape {
     /// Lying along the sensor; `ribs` deepen the wall every `pitch` by `depth`.
     Cylinder { radius: f64, length: f64, ribs: Option<Ribs> },
     /// Half of an ellipsoid with these half axes along, across and down.
@@ -96,10 +96,10 @@ pub(super) struct Item {
 
 const STIFF: f64 = 1e4;
 
-const THING: Object = Object {
+const THING: SqueezedObject = SqueezedObject {
     name: "",
-    kind: Kind::Rigid,
-    shape: Shape::Block { half: [30.0, 20.0], round: 2.0 },
+    kind: ObjectKind::Rigid,
+    shape: ObjectShape::Block { half: [30.0, 20.0], round: 2.0 },
     thickness: 60.0,
     stiffness: STIFF,
     depth: 0.0,
@@ -107,12 +107,12 @@ const THING: Object = Object {
     inclusions: &[],
 };
 
-const fn cylinder(radius: f64, length: f64) -> Shape {
-    Shape::Cylinder { radius, length, ribs: None }
+const fn cylinder(radius: f64, length: f64) -> ObjectShape {
+    ObjectShape::Cylinder { radius, length, ribs: None }
 }
 
-const fn ribbed(radius: f64, length: f64, pitch: f64, depth: f64) -> Shape {
-    Shape::Cylinder { radius, length, ribs: Some(Ribs { pitch, depth }) }
+const fn ribbed(radius: f64, length: f64, pitch: f64, depth: f64) -> ObjectShape {
+    ObjectShape::Cylinder { radius, length, ribs: Some(Ribs { pitch, depth }) }
 }
 
 const fn lump(u: f64, v: f64) -> Inclusion {
@@ -125,18 +125,18 @@ const BALL_LUMPS: &[Inclusion] = &[
     Inclusion { at: [8.0, -5.0], radius: 7.0, cover: 5.0, stiffness: 6.0 },
 ];
 
-const BALL: Object = Object {
-    kind: Kind::Deformable,
-    shape: Shape::Ellipsoid { half: [32.0, 32.0, 32.0], groove: None },
+const BALL: SqueezedObject = SqueezedObject {
+    kind: ObjectKind::Deformable,
+    shape: ObjectShape::Ellipsoid { half: [32.0, 32.0, 32.0], groove: None },
     thickness: 62.0,
     stiffness: 1.8,
     depth: 26.0,
     ..THING
 };
 
-const SPONGE: Object = Object {
-    kind: Kind::Deformable,
-    shape: Shape::Block { half: [38.0, 23.0], round: 17.0 },
+const SPONGE: SqueezedObject = SqueezedObject {
+    kind: ObjectKind::Deformable,
+    shape: ObjectShape::Block { half: [38.0, 23.0], round: 17.0 },
     thickness: 40.0,
     stiffness: 0.03,
     depth: 36.0,
@@ -144,9 +144,9 @@ const SPONGE: Object = Object {
 };
 
 const ROUGH: Option<Texture> = Some(Texture { pitch: 10.0, height: 6.0 });
-const ROUGH_SPONGE: Object = Object { stiffness: 0.035, texture: ROUGH, ..SPONGE };
-const SCRUNCHY: Object = Object {
-    shape: Shape::Ellipsoid { half: [45.0, 32.0, 28.0], groove: None },
+const ROUGH_SPONGE: SqueezedObject = SqueezedObject { stiffness: 0.035, texture: ROUGH, ..SPONGE };
+const SCRUNCHY: SqueezedObject = SqueezedObject {
+    shape: ObjectShape::Ellipsoid { half: [45.0, 32.0, 28.0], groove: None },
     thickness: 55.0,
     stiffness: 0.05,
     texture: Some(Texture { pitch: 14.0, height: 8.0 }),
@@ -154,21 +154,21 @@ const SCRUNCHY: Object = Object {
 };
 
 /// The 9 objects of Gandarias et al. 2019b, in its order.
-pub(super) const PAPER_002: [Object; 9] = [
-    Object { name: "ball_inclusions", inclusions: BALL_LUMPS, ..BALL },
-    Object { name: "ball_rough", texture: Some(Texture { pitch: 7.0, height: 2.0 }), ..BALL },
-    Object { name: "ball", ..BALL },
-    Object {
+pub(super) const PAPER_002: [SqueezedObject; 9] = [
+    SqueezedObject { name: "ball_inclusions", inclusions: BALL_LUMPS, ..BALL },
+    SqueezedObject { name: "ball_rough", texture: Some(Texture { pitch: 7.0, height: 2.0 }), ..BALL },
+    SqueezedObject { name: "ball", ..BALL },
+    SqueezedObject {
         name: "sponge_exfoliating",
         stiffness: 0.06,
         texture: Some(Texture { pitch: 6.0, height: 3.0 }),
         ..SPONGE
     },
-    Object { name: "sponge_smooth", ..SPONGE },
-    Object { name: "sponge_smooth_inclusions", inclusions: LUMPS, ..SPONGE },
-    Object { name: "sponge_scrunchy", ..SCRUNCHY },
-    Object { name: "sponge_rough", ..ROUGH_SPONGE },
-    Object { name: "sponge_rough_inclusions", inclusions: LUMPS, ..ROUGH_SPONGE },
+    SqueezedObject { name: "sponge_smooth", ..SPONGE },
+    SqueezedObject { name: "sponge_smooth_inclusions", inclusions: LUMPS, ..SPONGE },
+    SqueezedObject { name: "sponge_scrunchy", ..SCRUNCHY },
+    SqueezedObject { name: "sponge_rough", ..ROUGH_SPONGE },
+    SqueezedObject { name: "sponge_rough_inclusions", inclusions: LUMPS, ..ROUGH_SPONGE },
 ];
 
 const fn ring(radius: f64, hole: f64, height: f64) -> Item {
@@ -187,35 +187,36 @@ const NUTS: &[Item] = &[M6, M8, M10, M8];
 const WASHERS: &[Item] =
     &[ring(6.0, 3.2, 1.6), ring(8.0, 4.2, 1.6), ring(10.0, 5.25, 2.0), ring(12.0, 6.5, 2.5)];
 
-const BAG: Object = Object { kind: Kind::InBag, thickness: 38.0, stiffness: 12.0, depth: 4.0, ..THING };
+const BAG: SqueezedObject =
+    SqueezedObject { kind: ObjectKind::InBag, thickness: 38.0, stiffness: 12.0, depth: 4.0, ..THING };
 
-const fn bag(name: &'static str, count: usize, items: &'static [Item]) -> Object {
-    Object { name, shape: Shape::Bag { half: [44.0, 26.0], count, items }, ..BAG }
+const fn bag(name: &'static str, count: usize, items: &'static [Item]) -> SqueezedObject {
+    SqueezedObject { name, shape: ObjectShape::Bag { half: [44.0, 26.0], count, items }, ..BAG }
 }
 
 /// The 24 objects of Pastor et al. 2019, in its order: 8 rigid, 8 deformable, 8 in bags.
-pub(super) const PAPER_003: [Object; 24] = [
-    Object { name: "bottle of coke", shape: ribbed(33.0, 200.0, 46.0, 2.2), thickness: 66.0, ..THING },
-    Object { name: "energy drink can", shape: cylinder(26.5, 135.0), thickness: 53.0, ..THING },
-    Object {
+pub(super) const PAPER_003: [SqueezedObject; 24] = [
+    SqueezedObject { name: "bottle of coke", shape: ribbed(33.0, 200.0, 46.0, 2.2), thickness: 66.0, ..THING },
+    SqueezedObject { name: "energy drink can", shape: cylinder(26.5, 135.0), thickness: 53.0, ..THING },
+    SqueezedObject {
         name: "mouse 1",
-        shape: Shape::Ellipsoid {
+        shape: ObjectShape::Ellipsoid {
             half: [56.0, 31.0, 20.0],
             groove: Some(Groove { half_width: 3.5, length: 30.0 }),
         },
         thickness: 38.0,
         ..THING
     },
-    Object {
+    SqueezedObject {
         name: "mouse 2",
-        shape: Shape::Ellipsoid {
+        shape: ObjectShape::Ellipsoid {
             half: [50.0, 28.0, 17.0],
             groove: Some(Groove { half_width: 4.5, length: 22.0 }),
         },
         thickness: 35.0,
         ..THING
     },
-    Object {
+    SqueezedObject {
         name: "bottle of ice tea",
         shape: ribbed(32.0, 200.0, 17.0, 1.6),
         thickness: 64.0,
@@ -223,16 +224,16 @@ pub(super) const PAPER_003: [Object; 24] = [
         depth: 8.0,
         ..THING
     },
-    Object {
+    SqueezedObject {
         name: "skate wheel",
-        shape: Shape::Rim { radius: 24.0, round: 9.0 },
+        shape: ObjectShape::Rim { radius: 24.0, round: 9.0 },
         thickness: 30.0,
         stiffness: 30.0,
         depth: 6.0,
         ..THING
     },
-    Object { name: "soda can", shape: cylinder(33.0, 115.0), thickness: 66.0, ..THING },
-    Object {
+    SqueezedObject { name: "soda can", shape: cylinder(33.0, 115.0), thickness: 66.0, ..THING },
+    SqueezedObject {
         name: "bottle of water",
         shape: ribbed(32.0, 200.0, 11.0, 1.0),
         thickness: 64.0,
@@ -240,21 +241,21 @@ pub(super) const PAPER_003: [Object; 24] = [
         depth: 20.0,
         ..THING
     },
-    Object { name: "ball 1", ..BALL },
-    Object {
+    SqueezedObject { name: "ball 1", ..BALL },
+    SqueezedObject {
         name: "ball 2",
-        shape: Shape::Ellipsoid { half: [35.0, 35.0, 35.0], groove: None },
+        shape: ObjectShape::Ellipsoid { half: [35.0, 35.0, 35.0], groove: None },
         thickness: 68.0,
         stiffness: 1.2,
         texture: Some(Texture { pitch: 9.0, height: 1.6 }),
         ..BALL
     },
-    Object { name: "sponge rough", ..ROUGH_SPONGE },
-    Object { name: "sponge rough with inclusions", inclusions: LUMPS, ..ROUGH_SPONGE },
-    Object { name: "sponge scrunchy", ..SCRUNCHY },
-    Object { name: "sponge soft", ..SPONGE },
-    Object { name: "sponge soft with inclusions", inclusions: LUMPS, ..SPONGE },
-    Object {
+    SqueezedObject { name: "sponge rough", ..ROUGH_SPONGE },
+    SqueezedObject { name: "sponge rough with inclusions", inclusions: LUMPS, ..ROUGH_SPONGE },
+    SqueezedObject { name: "sponge scrunchy", ..SCRUNCHY },
+    SqueezedObject { name: "sponge soft", ..SPONGE },
+    SqueezedObject { name: "sponge soft with inclusions", inclusions: LUMPS, ..SPONGE },
+    SqueezedObject {
         name: "sponge pipe",
         shape: cylinder(20.0, 110.0),
         thickness: 42.0,
@@ -269,12 +270,12 @@ pub(super) const PAPER_003: [Object; 24] = [
     bag("M8 nuts", 64, &[M8]),
     bag("M10 nuts", 42, &[M10]),
     bag("rivets", 130, &[rod(2.0, 14.0), rod(2.4, 18.0)]),
-    Object { stiffness: 2.0, depth: 8.0, ..bag("rubber pipes", 45, &[rod(4.0, 30.0)]) },
+    SqueezedObject { stiffness: 2.0, depth: 8.0, ..bag("rubber pipes", 45, &[rod(4.0, 30.0)]) },
 ];
 
 /// The objects as rows of `--explain`.
 pub(super) fn explain() -> Vec<Effect> {
-    let papers: [(&str, &str, &[Object]); 2] = [
+    let papers: [(&str, &str, &[SqueezedObject]); 2] = [
         ("002", "Gandarias et al. 2019b, section III-C", &PAPER_002),
         ("003", "Pastor et al. 2019, figure 5", &PAPER_003),
     ];
@@ -297,15 +298,16 @@ pub(super) fn explain() -> Vec<Effect> {
     effects
 }
 
-fn describe(object: &Object) -> String {
-    let yields = match object.stiffness >= STIFF {
-        true => "does not yield".to_string(),
-        false => format!("stiffness {}, flat at {}", object.stiffness, object.depth),
+fn describe(object: &SqueezedObject) -> String {
+    let yields = if object.stiffness >= STIFF {
+        "does not yield".to_string()
+    } else {
+        format!("stiffness {}, flat at {}", object.stiffness, object.depth)
     };
     format!("{}, {} thick, {yields}", object.shape.text(), object.thickness)
 }
 
-fn texture_row(paper: &str, object: &Object) -> Option<Effect> {
+fn texture_row(paper: &str, object: &SqueezedObject) -> Option<Effect> {
     object.texture.map(|texture| Effect {
         name: "texture".into(),
         parameter: format!("{paper}: {}", object.name),
@@ -317,7 +319,7 @@ fn texture_row(paper: &str, object: &Object) -> Option<Effect> {
     })
 }
 
-fn inclusion_row(paper: &str, object: &Object) -> Option<Effect> {
+fn inclusion_row(paper: &str, object: &SqueezedObject) -> Option<Effect> {
     object.inclusions.first().map(|first| Effect {
         name: "inclusions".into(),
         parameter: format!("{paper}: {}", object.name),
@@ -335,22 +337,22 @@ fn inclusion_row(paper: &str, object: &Object) -> Option<Effect> {
     })
 }
 
-impl Shape {
+impl ObjectShape {
     fn text(&self) -> String {
         match self {
-            Shape::Cylinder { radius, length, ribs } => {
+            ObjectShape::Cylinder { radius, length, ribs } => {
                 let ribs = ribs.map(|r| format!(", ribs {} deep every {}", r.depth, r.pitch));
                 format!("cylinder of radius {radius}, length {length}{}", ribs.unwrap_or_default())
             }
-            Shape::Ellipsoid { half, groove } => {
+            ObjectShape::Ellipsoid { half, groove } => {
                 let groove = groove.map(|g| format!(", slit {} wide", 2.0 * g.half_width));
                 format!("ellipsoid {} x {} x {}{}", half[0], half[1], half[2], groove.unwrap_or_default())
             }
-            Shape::Rim { radius, round } => format!("ring of radius {radius}, rim rounded by {round}"),
-            Shape::Block { half, round } => {
+            ObjectShape::Rim { radius, round } => format!("ring of radius {radius}, rim rounded by {round}"),
+            ObjectShape::Block { half, round } => {
                 format!("block {} x {}, edges {round}", 2.0 * half[0], 2.0 * half[1])
             }
-            Shape::Bag { count, items, .. } => {
+            ObjectShape::Bag { count, items, .. } => {
                 let sizes: Vec<String> = items.iter().map(Item::text).collect();
                 format!("{count} items: {}", sizes.join("; "))
             }
@@ -360,9 +362,9 @@ impl Shape {
 
 impl Item {
     fn text(&self) -> String {
-        match self.lies {
-            true => format!("rod {} x {}", 2.0 * self.radius, self.height),
-            false => format!("ring {} / {} x {}", 2.0 * self.radius, 2.0 * self.hole, self.height),
+        if self.lies {
+            return format!("rod {} x {}", 2.0 * self.radius, self.height);
         }
+        format!("ring {} / {} x {}", 2.0 * self.radius, 2.0 * self.hole, self.height)
     }
 }

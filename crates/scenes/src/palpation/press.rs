@@ -8,7 +8,7 @@
 //! squeeze exceeds its soft cover. The pad then spreads the load (a Gaussian).
 
 use super::finger::Fingers;
-use super::objects::Object;
+use super::objects::SqueezedObject;
 use super::parameters::*;
 use super::surface::{FAR, TAXELS, pitch};
 
@@ -25,7 +25,7 @@ pub(super) struct Bed {
     lump_stiffness: f32,
 }
 
-/// What presses.
+/// The force or the position of a press.
 #[derive(Clone, Copy)]
 pub(super) enum Drive<'a> {
     /// So many N, however deep it gets.
@@ -49,7 +49,12 @@ impl Drive<'_> {
 }
 
 impl Bed {
-    pub(super) fn new(object: &Object, padded: bool, gaps: Vec<f32>, covers: Option<Vec<f32>>) -> Bed {
+    pub(super) fn new(
+        object: &SqueezedObject,
+        padded: bool,
+        gaps: Vec<f32>,
+        covers: Option<Vec<f32>>,
+    ) -> Bed {
         let pad = if padded { 1.0 / PAD.get() } else { 0.0 };
         let pad_depth = if padded { PAD_DEPTH.get() } else { 0.0 };
         Bed {
@@ -163,9 +168,9 @@ pub(super) fn blur(frame: &mut [f32; TAXELS], spread: &[f32; REACH + 1]) {
         }
     }
     let before = *frame;
-    let row = |at: isize| match (0..ROWS as isize).contains(&at) {
-        true => &before[at as usize * COLUMNS..][..COLUMNS],
-        false => &[0.0; COLUMNS],
+    let row = |at: isize| {
+        let is_there = (0..ROWS as isize).contains(&at);
+        if is_there { &before[at as usize * COLUMNS..][..COLUMNS] } else { &[0.0; COLUMNS] }
     };
     for (at, values) in frame.chunks_exact_mut(COLUMNS).enumerate() {
         values.iter_mut().for_each(|v| *v *= spread[0]);
@@ -184,7 +189,7 @@ mod tests {
     use super::*;
 
     /// The flat face of the smooth sponge on ten taxels, without pad.
-    fn sponge() -> (Bed, &'static Object) {
+    fn sponge() -> (Bed, &'static SqueezedObject) {
         let object = &PAPER_002[4];
         let mut gaps = vec![FAR; TAXELS];
         gaps[100..110].fill(0.0);

@@ -4,7 +4,7 @@
 //!
 //! None: geometry of the shapes in [`objects`](super::objects).
 
-use super::objects::{Item, Object, Shape};
+use super::objects::{Item, ObjectShape, SqueezedObject};
 use super::parameters::*;
 use crate::world::{World, normal};
 use rand::RngExt;
@@ -19,18 +19,18 @@ pub(super) const FAR: f32 = 1e6;
 
 /// Where the object lies on the sensor.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Place {
+pub(super) struct Placement {
     /// Of its centre from the sensor's, along and across, mm.
     pub(super) shift: [f64; 2],
     /// rad.
     pub(super) turn: f64,
 }
 
-impl Place {
-    pub(super) fn draw(world: &World, sample: usize) -> Place {
+impl Placement {
+    pub(super) fn draw(world: &World, sample: usize) -> Placement {
         let mut rng = world.rng(&format!("{sample}/placement"));
         let mut by = |sd: f64| world.unless("placement", sd * normal(&mut rng), 0.0);
-        Place { shift: [by(SHIFT.value[1]), by(SHIFT.value[0])], turn: by(TURN.get().to_radians()) }
+        Placement { shift: [by(SHIFT.value[1]), by(SHIFT.value[0])], turn: by(TURN.get().to_radians()) }
     }
 
     /// From the object to the sensor.
@@ -62,7 +62,7 @@ pub(super) fn centre(taxel: usize) -> [f64; 2] {
 
 /// Distance of the surface behind each taxel from the object's foremost point, mm; [`FAR`] beside it.
 /// A bag has its own: [`Heap`].
-pub(super) fn gaps(object: &Object, place: &Place, textured: bool) -> Vec<f32> {
+pub(super) fn gaps(object: &SqueezedObject, place: &Placement, textured: bool) -> Vec<f32> {
     let gap = |taxel: usize| {
         let [u, v] = place.back(centre(taxel));
         let shape = shape_gap(&object.shape, u, v)?;
@@ -75,34 +75,34 @@ pub(super) fn gaps(object: &Object, place: &Place, textured: bool) -> Vec<f32> {
     (0..TAXELS).map(|taxel| gap(taxel).unwrap_or(FAR)).collect()
 }
 
-fn shape_gap(shape: &Shape, u: f64, v: f64) -> Option<f64> {
+fn shape_gap(shape: &ObjectShape, u: f64, v: f64) -> Option<f64> {
     match *shape {
-        Shape::Cylinder { radius, length, ribs } => {
+        ObjectShape::Cylinder { radius, length, ribs } => {
             let round = radius * radius - v * v;
             let rib = ribs.map_or(0.0, |r| r.depth * (1.0 - (TAU * u / r.pitch).cos()) / 2.0);
             (round > 0.0 && u.abs() <= length / 2.0).then(|| radius - round.sqrt() + rib)
         }
-        Shape::Ellipsoid { half: [a, b, c], groove } => {
+        ObjectShape::Ellipsoid { half: [a, b, c], groove } => {
             let round = 1.0 - (u / a).powi(2) - (v / b).powi(2);
             let slit = groove.is_some_and(|g| v.abs() < g.half_width && u > 0.0 && u < g.length);
             (round > 0.0 && !slit).then(|| c * (1.0 - round.sqrt()))
         }
-        Shape::Rim { radius, round } => {
+        ObjectShape::Rim { radius, round } => {
             let from = (u.hypot(v) - radius).abs();
             (from < round).then(|| round - (round * round - from * from).sqrt())
         }
-        Shape::Block { half: [a, b], round } => {
+        ObjectShape::Block { half: [a, b], round } => {
             // How far each edge is overstepped into its rounding.
             let over = |at: f64, half: f64| (at.abs() - half + round).max(0.0) / round;
             let edge = over(u, a).hypot(over(v, b));
             (edge < 1.0).then(|| round * (1.0 - (1.0 - edge * edge).sqrt()))
         }
-        Shape::Bag { .. } => None,
+        ObjectShape::Bag { .. } => None,
     }
 }
 
 /// How deep each taxel has to be squeezed until a lump is felt, mm; `None` without lumps.
-pub(super) fn covers(object: &Object, place: &Place) -> Option<Vec<f32>> {
+pub(super) fn covers(object: &SqueezedObject, place: &Placement) -> Option<Vec<f32>> {
     let cover = |taxel: usize| {
         let [u, v] = place.back(centre(taxel));
         let above = object.inclusions.iter().filter_map(|lump| {
@@ -140,7 +140,13 @@ enum Posture {
 
 impl Heap {
     /// Shakes the bag: every item lands somewhere else.
-    pub(super) fn pack(half: [f64; 2], count: usize, items: &[Item], place: Place, rng: &mut Rng) -> Heap {
+    pub(super) fn pack(
+        half: [f64; 2],
+        count: usize,
+        items: &[Item],
+        place: Placement,
+        rng: &mut Rng,
+    ) -> Heap {
         let placed = (0..count).map(|i| {
             let item = items[i % items.len()];
             let (radius, angle) = (rng.random::<f64>().sqrt(), rng.random::<f64>() * TAU);
@@ -227,19 +233,19 @@ pub(super) fn draws(mut rng: Rng) -> Vec<[f64; 2]> {
 
 impl Taxels {
     /// From the sensor's own draws and a grasp's.
-    pub(super) fn new(world: &World, own: &[[f64; 2]], grasp: &[[f64; 2]]) -> Taxels {
-        let (log_own, log_grasp) = (TAXEL_GAIN.value[0], TAXEL_GAIN.value[1]);
-        let gain = |(own, grasp): (&[f64; 2], &[f64; 2])| {
-            world.unless("taxels", (log_own * own[0] + log_grasp * grasp[0]).exp(), 1.0) as f32
+    pub(super) fn new(world: &World, sensor: &[[f64; 2]], grasp: &[[f64; 2]]) -> Taxels {
+        let (log_sensor, log_grasp) = (TAXEL_GAIN.value[0], TAXEL_GAIN.value[1]);
+        let gain = |(sensor, grasp): (&[f64; 2], &[f64; 2])| {
+            world.unless("taxels", (log_sensor * sensor[0] + log_grasp * grasp[0]).exp(), 1.0) as f32
         };
         let (mean, sd, share) = (REST.value[0], REST.value[1], REST_OWN.get());
-        let rest = |(own, grasp): (&[f64; 2], &[f64; 2])| {
-            let reading = mean + sd * (share.sqrt() * own[1] + (1.0 - share).sqrt() * grasp[1]);
+        let rest = |(sensor, grasp): (&[f64; 2], &[f64; 2])| {
+            let reading = mean + sd * (share.sqrt() * sensor[1] + (1.0 - share).sqrt() * grasp[1]);
             world.unless("rest", reading.max(0.0), 0.0) as f32
         };
         Taxels {
-            gain: own.iter().zip(grasp).map(gain).collect(),
-            rest: own.iter().zip(grasp).map(rest).collect(),
+            gain: sensor.iter().zip(grasp).map(gain).collect(),
+            rest: sensor.iter().zip(grasp).map(rest).collect(),
         }
     }
 }

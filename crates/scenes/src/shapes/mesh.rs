@@ -26,7 +26,7 @@ pub(crate) struct Mesh {
 
 /// A plane in space: rows of the grid go against `up`, columns along `right`.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Frame {
+pub(crate) struct ViewPlane {
     pub middle: Vector,
     pub right: Vector,
     pub up: Vector,
@@ -36,7 +36,7 @@ pub(crate) struct Frame {
 
 /// `side` × `side` parallel rays, `pitch` apart.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Grid {
+pub(crate) struct RayGrid {
     pub side: usize,
     pub pitch: f64,
 }
@@ -122,7 +122,7 @@ impl Mesh {
     /// For each ray of the grid, row by row, the outermost height of the surface above the plane
     /// and the triangle it belongs to; none where the ray meets nothing. What lies below `floor`
     /// is passed over.
-    pub fn heights(&self, frame: &Frame, grid: Grid, floor: f64) -> Vec<Option<(f64, u32)>> {
+    pub fn heights(&self, frame: &ViewPlane, grid: RayGrid, floor: f64) -> Vec<Option<(f64, u32)>> {
         let seen: Vec<Vector> = self
             .vertices
             .iter()
@@ -154,7 +154,7 @@ impl Mesh {
     }
 }
 
-impl Grid {
+impl RayGrid {
     /// Calls `met` with the index of each ray that goes through the triangle and the height where.
     fn meet(self, [a, b, c]: [Vector; 3], mut met: impl FnMut(usize, f64)) {
         let twice_area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);

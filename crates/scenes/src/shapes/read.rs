@@ -1,4 +1,4 @@
-//! Meshes on disk: OBJ, STL and OFF files, alone or in one folder per class.
+//! Meshes on disk: OBJ, STL and OFF files, files or in one folder per class.
 //!
 //! # Reference
 //!
@@ -32,17 +32,17 @@ fn refuse<T>(file: &Path, reason: impl Into<String>) -> Result<T> {
 pub(crate) fn classes(folder: &Path) -> Result<Vec<(String, Vec<PathBuf>)>> {
     let entries = listed(folder)?;
     let folders: Vec<PathBuf> = entries.iter().filter(|path| path.is_dir()).cloned().collect();
-    let alone: Vec<PathBuf> = entries.into_iter().filter(|path| is_mesh(path)).collect();
-    let classes: Vec<(String, Vec<PathBuf>)> = match (folders.is_empty(), alone.is_empty()) {
+    let files: Vec<PathBuf> = entries.into_iter().filter(|path| is_mesh(path)).collect();
+    let classes: Vec<(String, Vec<PathBuf>)> = match (folders.is_empty(), files.is_empty()) {
         (false, false) => return refuse(folder, "holds both folders and meshes; give one folder per class"),
-        (true, _) => alone.into_iter().map(|file| (stem(&file), vec![file])).collect(),
+        (true, _) => files.into_iter().map(|file| (stem(&file), vec![file])).collect(),
         (false, true) => {
             let meshes = |class: &PathBuf| {
                 let files: Vec<PathBuf> = listed(class)?.into_iter().filter(|path| is_mesh(path)).collect();
-                match files.is_empty() {
-                    true => refuse(class, "holds no .obj, .stl or .off; add meshes or remove the folder"),
-                    false => Ok((stem(class), files)),
+                if files.is_empty() {
+                    return refuse(class, "holds no .obj, .stl or .off; add meshes or remove the folder");
                 }
+                Ok((stem(class), files))
             };
             folders.iter().map(meshes).collect::<Result<_>>()?
         }
@@ -115,9 +115,9 @@ pub(crate) fn mesh(file: &Path, diagonal: f64) -> Result<Mesh> {
     }
 }
 
-type Parts = std::result::Result<(Vec<Vector>, Vec<[u32; 3]>), String>;
+type MeshParts = std::result::Result<(Vec<Vector>, Vec<[u32; 3]>), String>;
 
-fn obj(bytes: &[u8]) -> Parts {
+fn obj(bytes: &[u8]) -> MeshParts {
     let options = tobj::LoadOptions {
         triangulate: true,
         ignore_points: true,
@@ -139,7 +139,7 @@ fn obj(bytes: &[u8]) -> Parts {
     Ok((vertices, triangles))
 }
 
-fn stl(mut bytes: Vec<u8>) -> Parts {
+fn stl(mut bytes: Vec<u8>) -> MeshParts {
     // Some programs begin the header of a binary file with the word that marks text files.
     if let Some(count) = bytes.get(80..84) {
         let count = u32::from_le_bytes([count[0], count[1], count[2], count[3]]);
@@ -163,7 +163,7 @@ fn stl(mut bytes: Vec<u8>) -> Parts {
     Ok((vertices, triangles))
 }
 
-fn off(bytes: &[u8]) -> Parts {
+fn off(bytes: &[u8]) -> MeshParts {
     let text = std::str::from_utf8(bytes).map_err(|_| "not a readable OFF file: not text".to_string())?;
     let lines = text.lines().map(|line| line.split('#').next().unwrap_or_default());
     let mut words = lines.flat_map(str::split_whitespace).peekable();

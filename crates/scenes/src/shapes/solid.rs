@@ -20,7 +20,7 @@ const STEEPEST: f64 = 1.6;
 
 /// A rounded part; where two meet, the solid's blend rounds the corner.
 #[derive(Debug, Clone, Copy)]
-struct Part {
+struct SolidPart {
     form: Form,
     /// Taken away instead of added.
     carved: bool,
@@ -37,7 +37,7 @@ enum Form {
 /// A body under construction; x is forward, y left, z up, any unit.
 #[derive(Debug, Clone)]
 pub(crate) struct Solid {
-    parts: Vec<Part>,
+    parts: Vec<SolidPart>,
     blend: f64,
 }
 
@@ -48,7 +48,7 @@ impl Solid {
     }
 
     fn with(mut self, form: Form) -> Self {
-        self.parts.push(Part { form, carved: false });
+        self.parts.push(SolidPart { form, carved: false });
         self
     }
 
@@ -105,9 +105,9 @@ impl Solid {
                     (middle[1] != 0.0, Form::Slab { middle: other(middle), half, round, raised })
                 }
             };
-            off.then_some(Part { form, ..*part })
+            off.then_some(SolidPart { form, ..*part })
         });
-        let twins: Vec<Part> = twins.collect();
+        let twins: Vec<SolidPart> = twins.collect();
         self.parts.extend(twins);
         self
     }
@@ -149,16 +149,12 @@ impl Solid {
             // No part beyond this can be felt anywhere in the block.
             let felt = around.abs() + 2.0 * reach + self.blend;
             let far = around.abs() > reach;
-            let near: Vec<Part> = match far {
-                true => Vec::new(),
-                false => self.parts.iter().filter(|part| part.distance(middle) <= felt).copied().collect(),
-            };
+            let is_near = |part: &&SolidPart| !far && part.distance(middle) <= felt;
+            let near: Vec<SolidPart> = self.parts.iter().filter(is_near).copied().collect();
             for (x, y, z) in all([0, 1, 2].map(|i| BLOCK.min(size[i] - corner[i]))) {
                 let at = [corner[0] + x, corner[1] + y, corner[2] + z];
-                let value = match far {
-                    true => around,
-                    false => distance(&near, self.blend, place(at.map(|c| c as f64))),
-                };
+                let value =
+                    if far { around } else { distance(&near, self.blend, place(at.map(|c| c as f64))) };
                 field[(at[0] * size[1] + at[1]) * size[2] + at[2]] = value;
             }
         }
@@ -167,7 +163,7 @@ impl Solid {
 }
 
 /// Signed distance of a point to the union of the parts, less what is carved.
-fn distance(parts: &[Part], blend: f64, point: Vector) -> f64 {
+fn distance(parts: &[SolidPart], blend: f64, point: Vector) -> f64 {
     let added = parts.iter().filter(|part| !part.carved);
     let union = added.fold(f64::INFINITY, |sum, part| smooth_min(sum, part.distance(point), blend));
     let carved = parts.iter().filter(|part| part.carved);
@@ -179,7 +175,7 @@ fn smooth_min(a: f64, b: f64, blend: f64) -> f64 {
     a.min(b) - if overlap > 0.0 { overlap * overlap / (4.0 * blend) } else { 0.0 }
 }
 
-impl Part {
+impl SolidPart {
     fn distance(&self, point: Vector) -> f64 {
         match self.form {
             Form::Limb { a, b, radii, squash } => {

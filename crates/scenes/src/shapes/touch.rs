@@ -4,7 +4,7 @@
 //!
 //! Rouhafzay et al. 2021, section 3.3: a plane tangent to the mesh at the probed point.
 
-use super::mesh::{Frame, Grid, Mesh};
+use super::mesh::{Mesh, RayGrid, ViewPlane};
 use super::vector::{Vector, add, cross, length, scale};
 use rand::RngExt;
 use taxel_base::seed::Rng;
@@ -26,7 +26,7 @@ pub(crate) struct Touch {
 /// Sets a sensor that feels `depth` mm deep, turned by `spin` radians about the normal, against a point drawn from
 /// `place` uniformly over the surface. In a hollow the plane moves out until the first ray touches; a point that then
 /// lies out of reach is given up and another drawn. None where [`TRIES`] points are out of reach.
-pub(crate) fn touch(mesh: &Mesh, place: &mut Rng, spin: f64, grid: Grid, depth: f64) -> Option<Touch> {
+pub(crate) fn touch(mesh: &Mesh, place: &mut Rng, spin: f64, grid: RayGrid, depth: f64) -> Option<Touch> {
     for _ in 0..TRIES {
         let (point, normal) = mesh.point(place.random());
         // An open or badly wound surface may be meant to be felt from its other side.
@@ -43,7 +43,7 @@ pub(crate) fn touch(mesh: &Mesh, place: &mut Rng, spin: f64, grid: Grid, depth: 
 }
 
 /// The tangent plane at a point; without spin, up is as far up as it can be.
-pub(crate) fn tangent(point: Vector, normal: Vector, spin: f64) -> Frame {
+pub(crate) fn tangent(point: Vector, normal: Vector, spin: f64) -> ViewPlane {
     let level = cross([0.0, 0.0, 1.0], normal);
     let right = match length(level) {
         flat if flat < 1e-6 => [1.0, 0.0, 0.0],
@@ -54,7 +54,7 @@ pub(crate) fn tangent(point: Vector, normal: Vector, spin: f64) -> Frame {
     let up = scale(up, 1.0 / length(up));
     let right = cross(up, normal);
     let (sin, cos) = spin.sin_cos();
-    Frame {
+    ViewPlane {
         middle: point,
         right: add(scale(right, cos), scale(up, sin)),
         up: add(scale(up, cos), scale(right, -sin)),

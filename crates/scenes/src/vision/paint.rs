@@ -7,7 +7,7 @@
 use ndarray::ArrayViewMut3;
 
 use super::parameters::{BACKGROUND, TEXTURE};
-use crate::shapes::mesh::{Frame, Grid, Mesh};
+use crate::shapes::mesh::{Mesh, RayGrid, ViewPlane};
 use crate::shapes::vector::{Vector, add, cross, dot, length, scale};
 
 /// Rays along a side of each pixel: edges are smooth.
@@ -15,8 +15,8 @@ const RAYS: usize = 2;
 /// Without a texture: grey; without a background: black.
 const PLAIN: [f64; 3] = [0.75; 3];
 
-/// What differs from picture to picture. Angles in radians.
-pub(super) struct Look {
+/// The quantities that differ from picture to picture. Angles in radians.
+pub(super) struct Appearance {
     pub azimuth: f64,
     pub elevation: f64,
     pub roll: f64,
@@ -33,11 +33,11 @@ pub(super) struct Look {
     pub background: Option<[f64; 12]>,
 }
 
-impl Look {
+impl Appearance {
     pub const TRUTH: [&'static str; 7] =
         ["azimuth_deg", "elevation_deg", "roll_deg", "zoom", "shift_x", "shift_y", "ambient"];
 
-    /// Values in the order of [`Look::TRUTH`].
+    /// Values in the order of [`Appearance::TRUTH`].
     pub fn truth(&self) -> Vec<f64> {
         let angles = [self.azimuth, self.elevation, self.roll].map(f64::to_degrees);
         [&angles[..], &[self.zoom], &self.shift, &[self.ambient]].concat()
@@ -45,13 +45,13 @@ impl Look {
 }
 
 /// Fills `[3, side, side]` with values in 0..1. The mesh is `size` from corner to corner.
-pub(super) fn picture(mesh: &Mesh, size: f64, look: &Look, mut picture: ArrayViewMut3<f32>) {
+pub(super) fn picture(mesh: &Mesh, size: f64, look: &Appearance, mut picture: ArrayViewMut3<f32>) {
     let side = picture.dim().1;
     let (frame, lamp) = camera(look);
     let width = size / look.zoom;
-    let grid = Grid { side: side * RAYS, pitch: width / (side * RAYS) as f64 };
+    let grid = RayGrid { side: side * RAYS, pitch: width / (side * RAYS) as f64 };
     let middle = add(scale(frame.right, -look.shift[0] * width), scale(frame.up, -look.shift[1] * width));
-    let frame = Frame { middle, ..frame };
+    let frame = ViewPlane { middle, ..frame };
     let texture = look.texture.map(|drawn| Paint::new(drawn, TEXTURE.value));
     let background = look.background.map(|drawn| Paint::new(drawn, BACKGROUND.value));
     let share = 1.0 / (RAYS * RAYS) as f32;
@@ -65,8 +65,8 @@ pub(super) fn picture(mesh: &Mesh, size: f64, look: &Look, mut picture: ArrayVie
                 .as_ref()
                 .map_or([0.0; 3], |paint| paint.colour([across[0] / width, across[1] / width, 0.0])),
             Some((height, triangle)) => {
-                let own = add(scale(frame.right, across[0]), scale(frame.up, across[1]));
-                let place = add(middle, add(own, scale(frame.normal, height)));
+                let in_plane = add(scale(frame.right, across[0]), scale(frame.up, across[1]));
+                let place = add(middle, add(in_plane, scale(frame.normal, height)));
                 let colour = texture.as_ref().map_or(PLAIN, |paint| paint.colour(scale(place, 1.0 / size)));
                 let normal = mesh.normal(triangle);
                 // Which way a triangle winds says nothing: turn its normal to the camera.
@@ -84,14 +84,15 @@ pub(super) fn picture(mesh: &Mesh, size: f64, look: &Look, mut picture: ArrayVie
 }
 
 /// The plane of the picture, facing the camera, and the direction of the lamp.
-fn camera(look: &Look) -> (Frame, Vector) {
-    let Look { azimuth, elevation, roll, lamp: [turn, away], .. } = *look;
+fn camera(look: &Appearance) -> (ViewPlane, Vector) {
+    let Appearance { azimuth, elevation, roll, lamp: [turn, away], .. } = *look;
     let towards = [elevation.cos() * azimuth.cos(), elevation.cos() * azimuth.sin(), elevation.sin()];
     let level = [-azimuth.sin(), azimuth.cos(), 0.0];
     let upright = cross(towards, level);
     let turned = |sin: f64, cos: f64| add(scale(level, cos), scale(upright, sin));
     let (sin, cos) = roll.sin_cos();
-    let frame = Frame { middle: [0.0; 3], right: turned(sin, cos), up: turned(cos, -sin), normal: towards };
+    let frame =
+        ViewPlane { middle: [0.0; 3], right: turned(sin, cos), up: turned(cos, -sin), normal: towards };
     let beside = turned(turn.sin(), turn.cos());
     let lamp = add(scale(towards, away.cos()), scale(beside, away.sin()));
     (frame, scale(lamp, 1.0 / length(lamp)))

@@ -1,4 +1,4 @@
-//! What tests of scenes share.
+//! Functions that tests of scenes share.
 
 #![allow(dead_code, clippy::unwrap_used)]
 

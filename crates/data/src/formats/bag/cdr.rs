@@ -1,13 +1,13 @@
-//! The numbers of a ROS 2 message in CDR, the encoding of DDS.
+//! Reads the numbers of a ROS 2 message in CDR, the encoding of DDS.
 //!
 //! After OMG, "DDS Interoperability Wire Protocol" 2.2, 10, and "DDS-XTypes" 1.3, 7.4: four bytes say the encoding,
 //! then field after field, each number at a multiple of its own size. Plain CDR of version 1 only, which ROS 2 writes.
 //!
-//! Read here: crates for CDR fill types that are known when they are compiled, and these come with the bag.
+//! Crates for CDR need types that are known at compile time; these come with the bag.
 
-use crate::formats::bag::ros_type::{Kind, Many, Message, Number, Type};
+use crate::formats::bag::ros_type::{FieldType, Many, MessageType, Number, RosType};
 
-/// Types within types, beyond which a definition goes in circles.
+/// Most types within types of a definition that does not go in circles.
 const MAX_DEPTH: usize = 24;
 
 /// A stream of bytes that must be numbers and texts of known types.
@@ -17,7 +17,7 @@ pub(crate) struct Cdr<'d> {
     is_big: bool,
 }
 
-/// What is wrong with a message.
+/// The reason why a message cannot be read.
 pub(crate) type Broken = &'static str;
 
 const SHORT: Broken = "ends before its fields do";
@@ -34,14 +34,19 @@ impl<'d> Cdr<'d> {
 
     /// Adds all numbers of a message to `out`, field after field, or only those below the field `wanted`
     /// (`["wrench", "force"]`). Texts, times and layouts are passed over.
-    pub fn numbers(&mut self, message: &Message, wanted: &[&str], out: &mut Vec<f32>) -> Result<(), Broken> {
+    pub fn numbers(
+        &mut self,
+        message: &MessageType,
+        wanted: &[&str],
+        out: &mut Vec<f32>,
+    ) -> Result<(), Broken> {
         self.of_type(message, &message.types[0], wanted, Some(out), 0)
     }
 
     fn of_type(
         &mut self,
-        message: &Message,
-        own: &Type,
+        message: &MessageType,
+        ros_type: &RosType,
         wanted: &[&str],
         mut out: Option<&mut Vec<f32>>,
         depth: usize,
@@ -49,11 +54,11 @@ impl<'d> Cdr<'d> {
         if depth > MAX_DEPTH {
             return Err("is of a type within itself");
         }
-        if own.fields.is_empty() {
-            // What has no fields is encoded as one byte.
+        if ros_type.fields.is_empty() {
+            // A type without fields is encoded as one byte.
             return self.take(1).map(|_| ());
         }
-        for field in &own.fields {
+        for field in &ros_type.fields {
             let is_wanted = wanted.first().is_none_or(|name| *name == field.name);
             let wanted = if is_wanted { wanted.get(1..).unwrap_or_default() } else { &[] };
             let count = match field.many {
@@ -66,15 +71,15 @@ impl<'d> Cdr<'d> {
                 return Err(SHORT);
             }
             for _ in 0..count {
-                match field.kind {
-                    Kind::Number(number) => {
+                match field.of {
+                    FieldType::Number(number) => {
                         let value = self.number(number)?;
                         if let (Some(out), true) = (&mut out, is_wanted && wanted.is_empty()) {
                             out.push(value);
                         }
                     }
-                    Kind::Text => drop(self.text()?),
-                    Kind::Of(place) => {
+                    FieldType::Text => drop(self.text()?),
+                    FieldType::Of(place) => {
                         let next = &message.types[place];
                         let out = out.as_deref_mut().filter(|_| is_wanted && !next.is_about);
                         self.of_type(message, next, wanted, out, depth + 1)?;
@@ -91,7 +96,7 @@ impl<'d> Cdr<'d> {
         Ok(part)
     }
 
-    /// An unsigned number of `size` bytes at the next multiple of it.
+    /// Reads an unsigned number of `size` bytes at the next multiple of it.
     fn bits(&mut self, size: usize) -> Result<u64, Broken> {
         self.at = self.at.next_multiple_of(size);
         let (is_big, bytes) = (self.is_big, self.take(size)?);
@@ -120,14 +125,14 @@ impl<'d> Cdr<'d> {
         })
     }
 
-    /// A text, which ends with a zero byte.
+    /// Reads a text, which ends with a zero byte.
     pub fn text(&mut self) -> Result<&'d [u8], Broken> {
         let size = self.word()? as usize;
         let bytes = self.take(size)?;
         Ok(bytes.strip_suffix(&[0]).unwrap_or(bytes))
     }
 
-    /// A row of bytes after their number.
+    /// Reads a row of bytes after their number.
     pub fn bytes(&mut self) -> Result<&'d [u8], Broken> {
         let size = self.word()? as usize;
         self.take(size)
@@ -139,7 +144,7 @@ mod tests {
     use super::*;
 
     fn numbers(text: &str, wanted: &[&str], bytes: &[u8]) -> Result<Vec<f32>, Broken> {
-        let message = Message::parse("own/msg/Press", text).unwrap();
+        let message = MessageType::parse("own/msg/Press", text).unwrap();
         let mut out = vec![];
         Cdr::new(bytes)?.numbers(&message, wanted, &mut out)?;
         Ok(out)
@@ -163,7 +168,7 @@ mod tests {
     fn damage_costs_no_time() {
         let many = [&[0, 1, 0, 0][..], &[0xFF; 40]].concat();
         assert_eq!(numbers("Self[] a\n===\nMSG: own/Self\nfloat64[3] b", &[], &many), Err(SHORT));
-        let within = Message::parse("own/msg/A", "B b\n===\nMSG: own/B\nB b").unwrap();
+        let within = MessageType::parse("own/msg/A", "B b\n===\nMSG: own/B\nB b").unwrap();
         let broken = Cdr::new(&many).unwrap().numbers(&within, &[], &mut vec![]);
         assert_eq!(broken, Err("is of a type within itself"));
         assert!(Cdr::new(&[0, 7, 0, 0, 1]).is_err_and(|why| why.contains("version 1")));

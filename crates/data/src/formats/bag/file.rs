@@ -1,7 +1,6 @@
-//! The messages of an MCAP file, one after the other.
+//! Reads the messages of an MCAP file, one after the other.
 //!
-//! After "MCAP Format Specification" (mcap.dev/spec). Nothing of a file is held but the record that is read and what its
-//! topics are.
+//! After "MCAP Format Specification" (mcap.dev/spec). Only the current record and the topics of a file are in memory.
 
 use crate::{Error, Result};
 use mcap::McapError;
@@ -9,11 +8,11 @@ use mcap::records::{Record, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use std::collections::HashMap;
 use std::fs::File;
-use std::io::{self, BufReader, Read};
+use std::io::{BufReader, Read};
 use std::path::Path;
 use taxel_base::quiet::caught;
 
-/// A record of so many bytes may come out of a smaller file: chunks are compressed.
+/// Most bytes of a record in a smaller file: chunks are compressed.
 const RECORD: u64 = 4 << 20;
 /// Most bytes of all names and definitions.
 const MAX_TEXTS: usize = 16 << 20;
@@ -31,20 +30,20 @@ pub(crate) struct Topic {
     pub definition: String,
 }
 
-/// A message and where it belongs.
-pub(crate) struct Message<'m> {
+/// A message of a topic.
+pub(crate) struct BagMessage<'m> {
     /// Place of its topic among those read so far.
     pub topic: usize,
-    /// When it was recorded, in nanoseconds.
+    /// Time at which it was recorded, in nanoseconds.
     pub time: u64,
     pub data: &'m [u8],
 }
 
-/// Hands every message of a file to `take`, with the topics so far, to which its own belongs.
+/// Hands every message of a file to `take`, with the topics so far.
 pub(crate) fn each(
     path: &Path,
     topics: &mut Vec<Topic>,
-    mut take: impl FnMut(&[Topic], Message) -> Result<()>,
+    mut take: impl FnMut(&[Topic], BagMessage) -> Result<()>,
 ) -> Result<()> {
     let mut records = Records::open(path)?;
     let mut known = Known::new(&records.file, topics);
@@ -61,17 +60,16 @@ pub(crate) fn each(
                 let text = String::from_utf8_lossy(&data).into_owned();
                 known.schema(header.id, [header.name, header.encoding, text])?;
             }
-            Record::Channel(own) => {
-                known.channel(own.id, own.schema_id, own.topic, own.message_encoding)?;
+            Record::Channel(channel) => {
+                known.channel(channel.id, channel.schema_id, channel.topic, channel.message_encoding)?;
             }
             Record::Message { header, data } => {
-                let topic = *known.channels.get(&header.channel_id).ok_or_else(|| {
-                    damaged(
-                        &known.file,
-                        &format!("has a message on channel {}, which it does not say", header.channel_id),
-                    )
-                })?;
-                take(known.topics, Message { topic, time: header.log_time, data: &data })?;
+                let Some(topic) = known.channels.get(&header.channel_id).copied() else {
+                    let why =
+                        format!("has a message on channel {}, which it does not say", header.channel_id);
+                    return Err(damaged(&known.file, &why));
+                };
+                take(known.topics, BagMessage { topic, time: header.log_time, data: &data })?;
             }
             _ => {}
         }
@@ -79,7 +77,7 @@ pub(crate) fn each(
     Ok(())
 }
 
-/// What the file has said of its topics.
+/// The topics of the file so far.
 struct Known<'t> {
     file: String,
     topics: &'t mut Vec<Topic>,
@@ -93,14 +91,8 @@ struct Known<'t> {
 impl<'t> Known<'t> {
     fn new(file: &str, topics: &'t mut Vec<Topic>) -> Self {
         let places = topics.iter().enumerate().map(|(at, topic)| (topic.name.clone(), at)).collect();
-        Self {
-            file: file.into(),
-            topics,
-            places,
-            schemas: HashMap::new(),
-            channels: HashMap::new(),
-            texts: 0,
-        }
+        let (schemas, channels) = (HashMap::new(), HashMap::new());
+        Self { file: file.into(), topics, places, schemas, channels, texts: 0 }
     }
 
     fn schema(&mut self, id: u16, texts: [String; 3]) -> Result<()> {
@@ -117,10 +109,8 @@ impl<'t> Known<'t> {
             (_, Some(texts)) => texts.clone(),
             (0, None) => Default::default(),
             (_, None) => {
-                return Err(damaged(
-                    &self.file,
-                    &format!("has topic {name} of schema {schema}, which it does not say"),
-                ));
+                let why = format!("has topic {name} of schema {schema}, which it does not say");
+                return Err(damaged(&self.file, &why));
             }
         };
         self.claim(name.len() + kind.len() + definition.len())?;
@@ -128,7 +118,7 @@ impl<'t> Known<'t> {
             Some(at) if self.topics[*at].kind == kind && self.topics[*at].encoding == encoding => *at,
             Some(at) => {
                 let why = format!("topic {name} is {} and {kind}", self.topics[*at].kind);
-                return Err(Error::Bag { file: self.file.clone(), why });
+                return Err(Error::file(&self.file, why));
             }
             None => {
                 self.places.insert(name.clone(), self.topics.len());
@@ -142,10 +132,10 @@ impl<'t> Known<'t> {
 
     fn claim(&mut self, texts: usize) -> Result<()> {
         self.texts += texts;
-        match self.texts > MAX_TEXTS {
-            true => Err(damaged(&self.file, "says more of its topics than of what was recorded")),
-            false => Ok(()),
+        if self.texts > MAX_TEXTS {
+            return Err(damaged(&self.file, "says more of its topics than of what was recorded"));
         }
+        Ok(())
     }
 }
 
@@ -162,9 +152,9 @@ struct Records {
 impl Records {
     fn open(path: &Path) -> Result<Self> {
         let file = path.display().to_string();
-        let io = |e: io::Error| Error::Io { file: file.clone(), kind: e.kind() };
-        let handle = File::open(path).map_err(io)?;
-        let left = handle.metadata().map_err(io)?.len();
+        let io = Error::io(path);
+        let handle = File::open(path).map_err(&io)?;
+        let left = handle.metadata().map_err(&io)?.len();
         if left == 0 {
             return Err(Error::EmptyFile { file });
         }
@@ -175,52 +165,51 @@ impl Records {
         Ok(Self { file, stream: BufReader::new(handle), left, reader, record: vec![] })
     }
 
-    /// Opcode and content of the next record.
+    /// Reads opcode and content of the next record.
     fn next(&mut self) -> Result<Option<(u8, &[u8])>> {
         loop {
             let (reader, record) = (&mut self.reader, &mut self.record);
-            let step = caught(|| match reader.next_event() {
-                None => Ok(Step::End),
-                Some(Ok(LinearReadEvent::ReadRequest(bytes))) => Ok(Step::Read(bytes)),
+            let event = caught(|| match reader.next_event() {
+                None => Ok(ReaderEvent::End),
+                Some(Ok(LinearReadEvent::ReadRequest(bytes))) => Ok(ReaderEvent::Read(bytes)),
                 Some(Ok(LinearReadEvent::Record { data, opcode })) => {
                     record.clear();
                     record.extend_from_slice(data);
-                    Ok(Step::Record(opcode))
+                    Ok(ReaderEvent::Record(opcode))
                 }
                 Some(Err(e)) => Err(e),
             });
-            match step {
+            match event {
                 None => return Err(damaged(&self.file, "cannot be taken apart")),
                 Some(Err(e)) => return Err(unread(&self.file, &e)),
-                Some(Ok(Step::End)) => return Ok(None),
-                Some(Ok(Step::Record(opcode))) => return Ok(Some((opcode, &self.record))),
-                Some(Ok(Step::Read(bytes))) => self.read(bytes)?,
+                Some(Ok(ReaderEvent::End)) => return Ok(None),
+                Some(Ok(ReaderEvent::Record(opcode))) => return Ok(Some((opcode, &self.record))),
+                Some(Ok(ReaderEvent::Read(bytes))) => self.read(bytes)?,
             }
         }
     }
 
-    /// Gives the reader what it asks for, which the file has.
+    /// Gives the reader the bytes that it asks for, which the file has.
     fn read(&mut self, bytes: usize) -> Result<()> {
         let wanted = bytes as u64;
         if wanted > self.left {
             return Err(damaged(&self.file, "is cut short"));
         }
-        let io = |e: io::Error| Error::Io { file: self.file.clone(), kind: e.kind() };
-        self.stream.read_exact(self.reader.insert(bytes)).map_err(io)?;
+        self.stream.read_exact(self.reader.insert(bytes)).map_err(Error::io(&self.file))?;
         self.reader.notify_read(bytes);
         self.left -= wanted;
         Ok(())
     }
 }
 
-/// What the reader wants or has.
-enum Step {
+/// The next thing that the reader wants or has.
+enum ReaderEvent {
     Read(usize),
     Record(u8),
     End,
 }
 
-/// Whether the texts of a record lie within it: the library claims memory on their word.
+/// Checks whether the texts of a record lie within it: the library claims memory on their word.
 fn texts_fit(opcode: u8, data: &[u8]) -> bool {
     let size = |at: usize| {
         let size: [u8; 4] = data.get(at..)?.get(..4)?.try_into().ok()?;
@@ -242,12 +231,15 @@ fn texts_fit(opcode: u8, data: &[u8]) -> bool {
 }
 
 fn damaged(file: &str, why: &str) -> Error {
-    Error::DamagedBag { file: file.into(), why: why.into() }
+    Error::file(file, format!("{why}; copy it again, or mend it with mcap recover"))
 }
 
 fn unread(file: &str, error: &McapError) -> Error {
     match error {
-        McapError::BadMagic => Error::NotABag { file: file.into() },
+        McapError::BadMagic => Error::file(
+            file,
+            "is no MCAP file; record bags with ros2 bag record --storage mcap, or convert them",
+        ),
         McapError::UnexpectedEof | McapError::UnexpectedEoc => damaged(file, "is cut short"),
         other => damaged(file, &format!("is damaged ({})", other.to_string().to_lowercase())),
     }

@@ -1,13 +1,14 @@
-//! What is measured in a message: numbers, or an image.
+//! Reads the measurement in a message: numbers, or an image.
 
 use crate::formats::bag::cdr::{Broken, Cdr};
 use crate::formats::bag::file::Topic;
-use crate::formats::bag::json_numbers;
-use crate::formats::bag::ros_type::{Kind, Message};
+use crate::formats::bag::ros_type::{FieldType, MessageType};
 use crate::formats::image_file;
+use crate::formats::json_numbers::JsonNumbers;
+use serde::de::DeserializeSeed;
 use std::borrow::Cow;
 
-/// Types whose numbers are no readings of a sensor.
+/// Types whose numbers are no values of a sensor.
 const NO_SENSOR: [&str; 8] = [
     "rcl_interfaces/",
     "diagnostic_msgs/",
@@ -23,30 +24,30 @@ const IMAGE: &str = "sensor_msgs/msg/Image";
 /// Reads the messages of a topic.
 #[derive(Debug)]
 pub(crate) enum Decoder {
-    /// Of a type of numbers; below which of its fields.
+    /// Of a type of numbers, and the fields below which they are read.
     Cdr {
-        message: Message,
+        message: MessageType,
         fields: Vec<String>,
     },
     Json {
         fields: Vec<String>,
     },
-    /// Grey, brought to `[height, width]` where that is asked for.
+    /// Grey, resampled to `[height, width]` where a size is given.
     Image {
         size: Option<[usize; 2]>,
     },
 }
 
 impl Decoder {
-    /// For the messages of a topic, those numbers that lie below `fields`; why there is none otherwise.
+    /// Makes a decoder of the numbers below `fields` of a topic, or says why there is none.
     pub fn of(topic: &Topic, fields: &[&str], size: Option<[usize; 2]>) -> Result<Self, String> {
-        let own: Vec<String> = fields.iter().map(ToString::to_string).collect();
+        let names: Vec<String> = fields.iter().map(ToString::to_string).collect();
         match (topic.encoding.as_str(), topic.language.as_str()) {
-            ("json", _) => Ok(Self::Json { fields: own }),
+            ("json", _) => Ok(Self::Json { fields: names }),
             ("cdr", "ros2msg") if topic.kind == IMAGE && fields.is_empty() => Ok(Self::Image { size }),
             ("cdr", "ros2msg") => {
-                let message = Message::parse(&topic.kind, &topic.definition)?;
-                Ok(Self::Cdr { message, fields: own })
+                let message = MessageType::parse(&topic.kind, &topic.definition)?;
+                Ok(Self::Cdr { message, fields: names })
             }
             (encoding, language) => Err(format!(
                 "has messages in {encoding:?} defined in {language:?}; those in cdr with ros2msg, and in json, are read"
@@ -58,7 +59,7 @@ impl Decoder {
         matches!(self, Self::Image { .. })
     }
 
-    /// Adds the numbers of a message to `out`, or the rows of an image. Answers the shape of what came.
+    /// Adds the numbers of a message to `out`, or the rows of an image. Returns their shape.
     pub fn read(&self, data: &[u8], out: &mut Vec<f32>) -> Result<Vec<usize>, Cow<'static, str>> {
         let before = out.len();
         match self {
@@ -66,24 +67,29 @@ impl Decoder {
                 let fields: Vec<&str> = fields.iter().map(String::as_str).collect();
                 Cdr::new(data)?.numbers(message, &fields, out)?;
             }
-            Self::Json { fields } => json_numbers::read(data, fields, out)?,
+            Self::Json { fields } => {
+                let mut numbers = vec![];
+                let mut reader = serde_json::Deserializer::from_slice(data);
+                let seed = JsonNumbers { out: &mut numbers, wanted: Some(fields), most: usize::MAX };
+                let read = seed.deserialize(&mut reader).and_then(|()| reader.end());
+                read.map_err(|e| format!("is no JSON ({e})"))?;
+                out.extend(numbers.into_iter().map(|number| number as f32));
+            }
             Self::Image { size } => return image(data, *size, out),
         }
         Ok(vec![out.len() - before])
     }
 }
 
-/// Whether readings of a sensor can be in messages of this topic.
+/// Checks whether messages of this topic can hold values of a sensor.
 pub(crate) fn is_measured(topic: &Topic) -> bool {
     if NO_SENSOR.iter().any(|name| topic.kind.starts_with(name)) {
         return false;
     }
     match Decoder::of(topic, &[], None) {
         Ok(Decoder::Cdr { message, .. }) => {
-            let is_number = |own: &crate::formats::bag::ros_type::Type| {
-                !own.is_about && own.fields.iter().any(|field| matches!(field.kind, Kind::Number(_)))
-            };
-            message.types.iter().any(is_number)
+            let mut types = message.types.iter().filter(|ros_type| !ros_type.is_about);
+            types.any(|ros_type| ros_type.fields.iter().any(|field| matches!(field.of, FieldType::Number(_))))
         }
         Ok(_) => true,
         Err(_) => false,
@@ -128,8 +134,8 @@ impl Pixel {
     }
 }
 
-/// `sensor_msgs/Image`: header, height, width, encoding, order of bytes, bytes of a row, rows. In colour, what the
-/// eye sees of it (ITU-R BT.601).
+/// Reads a `sensor_msgs/Image`: header, height, width, encoding, order of bytes, bytes of a row, rows. Colours become grey
+/// (luma of ITU-R BT.601).
 fn image(data: &[u8], size: Option<[usize; 2]>, out: &mut Vec<f32>) -> Result<Vec<usize>, Cow<'static, str>> {
     let mut cdr = Cdr::new(data)?;
     cdr.word()?;
@@ -146,18 +152,18 @@ fn image(data: &[u8], size: Option<[usize; 2]>, out: &mut Vec<f32>) -> Result<Ve
         return Err(Cow::Borrowed(SMALL));
     }
     let before = out.len();
-    for row in rows.chunks_exact(step).take(height).map(|own| &own[..row]) {
+    for row in rows.chunks_exact(step).take(height).map(|bytes| &bytes[..row]) {
         match (pixel, channels) {
             (Pixel::U8, 1) => out.extend(row.iter().copied().map(f32::from)),
-            (Pixel::U8, _) => out.extend(row.chunks_exact(channels).map(|own| grey(own, red))),
-            (Pixel::U16, _) => out.extend(row.as_chunks().0.iter().map(|own| match is_big {
-                true => f32::from(u16::from_be_bytes(*own)),
-                false => f32::from(u16::from_le_bytes(*own)),
+            (Pixel::U8, _) => out.extend(row.chunks_exact(channels).map(|pixel| grey(pixel, red))),
+            (Pixel::U16, _) => out.extend(row.as_chunks().0.iter().map(|bytes| {
+                f32::from(if is_big { u16::from_be_bytes(*bytes) } else { u16::from_le_bytes(*bytes) })
             })),
-            (Pixel::F32, _) => out.extend(row.as_chunks().0.iter().map(|own| match is_big {
-                true => f32::from_be_bytes(*own),
-                false => f32::from_le_bytes(*own),
-            })),
+            (Pixel::F32, _) => {
+                out.extend(row.as_chunks().0.iter().map(|bytes| {
+                    if is_big { f32::from_be_bytes(*bytes) } else { f32::from_le_bytes(*bytes) }
+                }))
+            }
         }
     }
     let Some(size) = size else { return Ok(vec![height, width]) };
@@ -174,7 +180,7 @@ fn image(data: &[u8], size: Option<[usize; 2]>, out: &mut Vec<f32>) -> Result<Ve
 
 const SMALL: Broken = "is an image of more pixels than it has bytes for";
 
-/// A pixel of red, green and blue, or of blue, green and red where `red` is 2.
+/// Returns the grey of a pixel of red, green and blue, or of blue, green and red where `red` is 2.
 fn grey(pixel: &[u8], red: usize) -> f32 {
     let [red, green, blue] = [red, 1, 2 - red].map(|at| f32::from(pixel[at]));
     0.299 * red + 0.587 * green + 0.114 * blue

@@ -7,8 +7,6 @@ pub(crate) mod cdr;
 #[cfg(feature = "mcap")]
 pub(crate) mod file;
 #[cfg(feature = "mcap")]
-pub(crate) mod json_numbers;
-#[cfg(feature = "mcap")]
 pub(crate) mod message;
 pub(crate) mod names;
 pub(crate) mod path;

@@ -1,14 +1,14 @@
-//! Classes by the names of bags: `cup_03.mcap` is of the class `cup`, in `day1/cup_03.mcap` of the group `day1`.
+//! Finds classes by the names of bags: `cup_03.mcap` is of the class `cup`, in `day1/cup_03.mcap` of the group `day1`.
 
 use crate::Result;
 use crate::dataset::labels::by_name;
 use crate::formats::bag::path::is_bag;
-use crate::layout::listing::{Found, Listing, list};
+use crate::layout::listing::{FoundFiles, Listing, last, list};
 use crate::layout::order::in_order;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-/// A name without the number that it ends with: `cup` of `cup_03.mcap`.
+/// Returns a name without the number at its end: `cup` of `cup_03.mcap`.
 fn stem(path: &Path) -> String {
     let name = if path.is_dir() { path.file_name() } else { path.file_stem() };
     let name = name.unwrap_or_default().to_string_lossy();
@@ -16,15 +16,15 @@ fn stem(path: &Path) -> String {
     name.trim_end_matches(is_counting).to_string()
 }
 
-/// The different names of these paths, numbers left aside.
+/// Returns the different names of these paths, without numbers.
 fn stems<'p>(paths: impl IntoIterator<Item = &'p PathBuf>) -> BTreeSet<String> {
     paths.into_iter().map(|path| stem(path)).collect()
 }
 
-/// The bags of a folder by their names; none of a folder that holds something else, or whose folders differ in name:
-/// those are classes.
-pub(crate) fn per_name(root: &Path, top: &Listing) -> Result<Option<Found>> {
-    let mut found = Found { labelled_by: "the names of bags", ..Found::default() };
+/// Lists the bags of a folder by their names; none where it holds something else, or where its folders differ in name and
+/// so are classes.
+pub(crate) fn per_name(root: &Path, top: &Listing) -> Result<Option<FoundFiles>> {
+    let mut found = FoundFiles { labelled_by: "the names of bags", ..FoundFiles::default() };
     found.pass_over(root, top.ignored.iter().cloned());
     let mut sessions = vec![];
     match top.folders.as_slice() {
@@ -37,8 +37,7 @@ pub(crate) fn per_name(root: &Path, top: &Listing) -> Result<Option<Found>> {
                     return Ok(None);
                 }
                 found.pass_over(root, below.ignored);
-                let name = folder.file_name().unwrap_or_default().to_string_lossy().into_owned();
-                sessions.extend(below.files.iter().map(|_| name.clone()));
+                sessions.extend(below.files.iter().map(|_| last(&folder)));
                 found.files.extend(in_order(below.files));
             }
         }

@@ -1,17 +1,17 @@
-//! Types of ROS 2 messages, from the definitions that a bag carries with its schemas (`ros2msg`).
+//! Parses the types of ROS 2 messages from the definitions in a bag (`ros2msg`).
 //!
 //! After the ROS 2 documentation, "Interfaces": a line `type name`, of arrays `type[3]`, `type[]` or `type[<=3]`;
 //! lines with `=` are constants. The types that a message uses follow it, each after a line of `=` and `MSG: name`.
 //!
-//! Parsed here and not by `re_ros_msg` 0.36: it bounds neither the number of fields nor the memory of a line, refuses
-//! definitions for defaults and names of constants that say nothing of the bytes, and asks for Rust 1.95.
+//! `re_ros_msg` 0.36 will not do: it bounds neither the number of fields nor the memory of a line, refuses definitions for
+//! defaults and names of constants that do not matter for the bytes, and needs Rust 1.95.
 
 use std::collections::HashMap;
 
-/// Fields of all types of a message, beyond which its definition is damaged.
+/// Most fields of all types of a definition that is not damaged.
 const MAX_FIELDS: usize = 1 << 16;
 
-/// Types whose numbers are no readings: times, the names of frames, how arrays are laid out.
+/// Types whose numbers are no values of a sensor: times, frames, layouts of arrays.
 const ABOUT: [&str; 5] = [
     "std_msgs/Header",
     "builtin_interfaces/Time",
@@ -56,16 +56,16 @@ impl Number {
     }
 }
 
-/// What a field holds.
+/// The type of a field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Kind {
+pub(crate) enum FieldType {
     Number(Number),
     Text,
-    /// A type of its own, by its place in [`Message::types`].
+    /// Another type, by its place in [`MessageType::types`].
     Of(usize),
 }
 
-/// How many of it a field holds.
+/// The number of values in a field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Many {
     One,
@@ -74,27 +74,27 @@ pub(crate) enum Many {
 }
 
 #[derive(Debug, PartialEq)]
-pub(crate) struct Field {
+pub(crate) struct MessageField {
     pub name: String,
-    pub kind: Kind,
+    pub of: FieldType,
     pub many: Many,
 }
 
 #[derive(Debug, Default, PartialEq)]
-pub(crate) struct Type {
-    pub fields: Vec<Field>,
-    /// Whether its numbers are about the readings and none themselves.
+pub(crate) struct RosType {
+    pub fields: Vec<MessageField>,
+    /// Its numbers describe the values and are none.
     pub is_about: bool,
 }
 
-/// A message: its own type first, then those that it uses.
+/// The type of a message: itself first, then the types that it uses.
 #[derive(Debug, PartialEq)]
-pub(crate) struct Message {
-    pub types: Vec<Type>,
+pub(crate) struct MessageType {
+    pub types: Vec<RosType>,
 }
 
-impl Message {
-    /// Reads the definition of the type `name`, such as `sensor_msgs/msg/JointState`; why not otherwise.
+impl MessageType {
+    /// Parses the definition of the type `name`, such as `sensor_msgs/msg/JointState`, or says why it cannot.
     pub fn parse(name: &str, definition: &str) -> Result<Self, String> {
         let mut parts = vec![(short(name), vec![])];
         for line in definition.lines() {
@@ -122,19 +122,19 @@ impl Message {
                     return Err(format!("has more than {MAX_FIELDS} fields"));
                 }
             }
-            types.push(Type { fields, is_about: ABOUT.contains(&name.as_str()) });
+            types.push(RosType { fields, is_about: ABOUT.contains(&name.as_str()) });
         }
         Ok(Self { types })
     }
 }
 
-/// `sensor_msgs/JointState` of `sensor_msgs/msg/JointState`.
+/// Shortens `sensor_msgs/msg/JointState` to `sensor_msgs/JointState`.
 fn short(name: &str) -> String {
     name.replace("/msg/", "/")
 }
 
-/// The field that a line says; none of a constant.
-fn field(line: &str, package: &str, places: &HashMap<&str, usize>) -> Result<Option<Field>, String> {
+/// Parses the field of a line; none of a constant.
+fn field(line: &str, package: &str, places: &HashMap<&str, usize>) -> Result<Option<MessageField>, String> {
     let refuse = || format!("has a line {:?}", line.chars().take(40).collect::<String>());
     let (kind, rest) = line.split_once(char::is_whitespace).ok_or_else(refuse)?;
     let rest = rest.trim();
@@ -155,18 +155,18 @@ fn field(line: &str, package: &str, places: &HashMap<&str, usize>) -> Result<Opt
             (kind, many)
         }
     };
-    let kind = match Number::named(kind) {
-        Some(number) => Kind::Number(number),
-        None if kind == "string" || kind.starts_with("string<=") => Kind::Text,
+    let of = match Number::named(kind) {
+        Some(number) => FieldType::Number(number),
+        None if kind == "string" || kind.starts_with("string<=") => FieldType::Text,
         None => {
-            let own = short(kind);
-            let beside = format!("{package}/{own}");
-            let header = if own == "Header" { "std_msgs/Header" } else { &own };
-            let place = [own.as_str(), &beside, header].into_iter().find_map(|name| places.get(name));
-            Kind::Of(*place.ok_or_else(|| format!("uses {kind}, which it does not define"))?)
+            let name = short(kind);
+            let beside = format!("{package}/{name}");
+            let header = if name == "Header" { "std_msgs/Header" } else { &name };
+            let place = [name.as_str(), &beside, header].into_iter().find_map(|name| places.get(name));
+            FieldType::Of(*place.ok_or_else(|| format!("uses {kind}, which it does not define"))?)
         }
     };
-    Ok(Some(Field { name, kind, many }))
+    Ok(Some(MessageField { name, of, many }))
 }
 
 #[cfg(test)]
@@ -178,19 +178,22 @@ mod tests {
         let text = "# A press.\nuint8 LOUD=3\nstring<=9 unit \"N\"\nForce[<=4] forces\nHeader header\nfloat64[2] bias [0.5, 1]\n\
                     ===\nMSG: own/Force\nint16 x  # newtons\nbool is_on\n\
                     ===\nMSG: std_msgs/Header\nuint32 seq\n";
-        let message = Message::parse("own/msg/Press", text).unwrap();
-        let field = |name: &str, kind, many| Field { name: name.into(), kind, many };
+        let message = MessageType::parse("own/msg/Press", text).unwrap();
+        let field = |name: &str, of, many| MessageField { name: name.into(), of, many };
         assert_eq!(
             message.types[0].fields,
             [
-                field("unit", Kind::Text, Many::One),
-                field("forces", Kind::Of(1), Many::Any),
-                field("header", Kind::Of(2), Many::One),
-                field("bias", Kind::Number(Number::F64), Many::Exactly(2)),
+                field("unit", FieldType::Text, Many::One),
+                field("forces", FieldType::Of(1), Many::Any),
+                field("header", FieldType::Of(2), Many::One),
+                field("bias", FieldType::Number(Number::F64), Many::Exactly(2)),
             ]
         );
-        assert_eq!(message.types[1].fields[0].kind, Kind::Number(Number::Int(2)));
-        assert_eq!(message.types.iter().map(|own| own.is_about).collect::<Vec<_>>(), [false, false, true]);
+        assert_eq!(message.types[1].fields[0].of, FieldType::Number(Number::Int(2)));
+        assert_eq!(
+            message.types.iter().map(|ros_type| ros_type.is_about).collect::<Vec<_>>(),
+            [false, false, true]
+        );
     }
 
     #[test]
@@ -202,7 +205,7 @@ mod tests {
             ("float64[0] a", "has a line \"float64[0] a\""),
             ("wstring a", "uses wstring, which it does not define"),
         ] {
-            assert_eq!(Message::parse("own/msg/Press", text).unwrap_err(), why);
+            assert_eq!(MessageType::parse("own/msg/Press", text).unwrap_err(), why);
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Which topics a bag holds, and which one is meant where nobody says it.
+//! Lists the topics of a bag, and chooses one where none is named.
 
 use crate::error::plural;
 use crate::formats::bag::file::{self, Topic};
@@ -10,7 +10,7 @@ use std::path::Path;
 /// Topics that a message lists.
 const LIST: usize = 16;
 
-/// How many messages a topic has, and when the first and the last was recorded, in nanoseconds.
+/// The number of messages of a topic, and the times of the first and the last in nanoseconds.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Count {
     pub messages: u64,
@@ -24,12 +24,13 @@ impl Count {
         if counts.len() <= topic {
             counts.resize(topic + 1, Self { messages: 0, first: u64::MAX, last: 0 });
         }
-        let own = &mut counts[topic];
-        *own = Self { messages: own.messages + 1, first: own.first.min(time), last: own.last.max(time) };
+        let count = &mut counts[topic];
+        count.messages += 1;
+        (count.first, count.last) = (count.first.min(time), count.last.max(time));
     }
 }
 
-/// The topics of a bag, and the messages of each.
+/// Counts the messages of each topic of a bag.
 pub(crate) fn counted(bag: &Path) -> Result<(Vec<Topic>, Vec<Count>)> {
     let (mut topics, mut counts) = (vec![], vec![]);
     for part in parts(bag)? {
@@ -41,15 +42,15 @@ pub(crate) fn counted(bag: &Path) -> Result<(Vec<Topic>, Vec<Count>)> {
     Ok((topics, counts))
 }
 
-/// The one topic of a bag with readings of a sensor.
+/// Returns the one topic of a bag with values of a sensor.
 pub(crate) fn only(bag: &Path) -> Result<String> {
     let (topics, counts) = counted(bag)?;
-    let has_messages = |at: usize| counts.get(at).is_some_and(|own| own.messages > 0);
+    let has_messages = |at: usize| counts.get(at).is_some_and(|count| count.messages > 0);
     let measured: Vec<&Topic> = topics
         .iter()
         .enumerate()
-        .filter(|(at, own)| has_messages(*at) && is_measured(own))
-        .map(|(_, own)| own)
+        .filter(|(at, topic)| has_messages(*at) && is_measured(topic))
+        .map(|(_, topic)| topic)
         .collect();
     match measured.as_slice() {
         [one] => Ok(one.name.clone()),
@@ -60,32 +61,30 @@ pub(crate) fn only(bag: &Path) -> Result<String> {
                 "has {what}; name one or more with topics = [{name:?}]. It has {}",
                 described(&topics, &counts)
             );
-            Err(Error::Bag { file: bag.display().to_string(), why })
+            Err(Error::file(bag, why))
         }
     }
 }
 
-/// What a bag holds: name, type, number of messages and rate of each topic.
+/// Describes the topics of a bag: name, type, number of messages and rate of each.
 pub(crate) fn described(topics: &[Topic], counts: &[Count]) -> String {
     let of = |(at, topic): (usize, &Topic)| {
         let Topic { name, kind, .. } = topic;
         let kind = if kind.is_empty() { &topic.encoding } else { kind };
-        match counts.get(at).filter(|own| own.messages > 0) {
+        match counts.get(at).copied().filter(|count| count.messages > 0) {
             None => format!("{name} ({kind}, no messages)"),
-            Some(own) if own.messages > 1 && own.last > own.first => {
-                let rate = (own.messages - 1) as f64 * 1e9 / (own.last - own.first) as f64;
-                format!("{name} ({kind}, {} messages, {rate:.1} Hz)", own.messages)
+            Some(Count { messages, first, last }) if messages > 1 && last > first => {
+                let rate = (messages - 1) as f64 * 1e9 / (last - first) as f64;
+                format!("{name} ({kind}, {messages} messages, {rate:.1} Hz)")
             }
-            Some(own) => format!("{name} ({kind}, {})", plural(own.messages as usize, "message")),
+            Some(count) => format!("{name} ({kind}, {})", plural(count.messages as usize, "message")),
         }
     };
-    let mut own: Vec<String> = topics.iter().enumerate().take(LIST).map(of).collect();
+    let mut listed: Vec<String> = topics.iter().enumerate().take(LIST).map(of).collect();
     match topics.len().saturating_sub(LIST) {
-        0 if own.is_empty() => "no topics".into(),
-        0 => own.join(", "),
-        more => {
-            own.push(format!("and {more} more"));
-            own.join(", ")
-        }
+        0 if listed.is_empty() => return "no topics".into(),
+        0 => {}
+        more => listed.push(format!("and {more} more")),
     }
+    listed.join(", ")
 }

@@ -1,4 +1,4 @@
-//! The messages of chosen topics of a bag.
+//! Reads the messages of chosen topics of a bag.
 
 use crate::formats::bag::file::{self, Topic};
 use crate::formats::bag::message::Decoder;
@@ -11,24 +11,24 @@ use std::path::Path;
 /// Messages of one topic, in the order of time.
 #[derive(Debug, Default)]
 pub(crate) struct Track {
-    /// When each was recorded, in nanoseconds.
+    /// Time at which each was recorded, in nanoseconds.
     pub stamps: Vec<u64>,
     /// `[time, ...]`.
     pub values: Vec<f32>,
-    /// What one message holds: `[channels]`, or height and width of an image.
+    /// Shape of one message: `[channels]`, or height and width of an image.
     pub shape: Vec<usize>,
 }
 
 impl Track {
-    /// Times in seconds after `zero`, which is in nanoseconds.
+    /// Returns the times in seconds after `zero`, which is in nanoseconds.
     pub fn seconds(&self, zero: u64) -> Vec<f64> {
         self.stamps.iter().map(|stamp| (i128::from(*stamp) - i128::from(zero)) as f64 * 1e-9).collect()
     }
 
-    /// Keeps room for so many messages like the first, up to `most` values.
+    /// Reserves memory for `messages` like the first, up to `most` values.
     fn reserve(&mut self, messages: u64, most: u64) {
         let values = messages.saturating_mul(self.values.len() as u64).min(most) as usize;
-        // Without the room it grows step by step after all.
+        // Where this fails, memory grows step by step.
         let _ = self.values.try_reserve_exact(values.saturating_sub(self.values.len()));
         let _ = self.stamps.try_reserve_exact(messages as usize);
     }
@@ -47,8 +47,8 @@ impl Track {
     }
 }
 
-/// The fields below a topic that `chosen` names: none of the topic itself, `["effort"]` of `/joint_states.effort`;
-/// nothing of another topic.
+/// Returns the fields below a topic that `chosen` names: an empty list for the topic itself, `["effort"]` for
+/// `/joint_states.effort`; none for another topic.
 fn fields<'c>(chosen: &'c str, topic: &str) -> Option<Vec<&'c str>> {
     match chosen.strip_prefix(topic)? {
         "" => Some(vec![]),
@@ -58,17 +58,17 @@ fn fields<'c>(chosen: &'c str, topic: &str) -> Option<Vec<&'c str>> {
 
 /// A chosen topic while it is read.
 #[derive(Default)]
-struct Reading {
+struct ChosenTopic {
     track: Track,
-    /// The topic that it is, and how its messages are read.
+    /// Place of the topic, and the decoder of its messages.
     decoder: Option<(usize, Decoder)>,
 }
 
 /// Reads the messages of the `chosen` topics of a bag, each of one shape; no more than `most` values.
 pub(crate) fn tracks(bag: &Path, chosen: &[String], options: &ReadOptions, most: u64) -> Result<Vec<Track>> {
     let file = bag.display().to_string();
-    let refuse = |why: String| Error::Bag { file: file.clone(), why };
-    let mut all: Vec<Reading> = chosen.iter().map(|_| Reading::default()).collect();
+    let refuse = |why: String| Error::file(bag, why);
+    let mut all: Vec<ChosenTopic> = chosen.iter().map(|_| ChosenTopic::default()).collect();
     let (mut topics, mut counts) = (vec![], vec![]);
     let mut values = 0;
     // Read twice: growing step by step would take twice the memory in the end.
@@ -76,31 +76,26 @@ pub(crate) fn tracks(bag: &Path, chosen: &[String], options: &ReadOptions, most:
     for part in parts(bag)? {
         file::each(&part, &mut topics, |topics, message| {
             Count::add(&mut counts, message.topic, message.time);
-            for (reading, chosen) in all.iter_mut().zip(chosen) {
-                let topic = &topics[message.topic];
-                let before = reading.track.values.len();
-                reading
-                    .add(topic, chosen, &message, options)
+            for (topic, name) in all.iter_mut().zip(chosen) {
+                let before = topic.track.values.len();
+                topic
+                    .add(&topics[message.topic], name, &message, options)
                     .map_err(|why| refuse(format!("topic {why}")))?;
                 if before == 0 {
-                    let messages = expected.get(message.topic).map_or(0, |own| own.messages);
-                    reading.track.reserve(messages, most);
+                    let messages = expected.get(message.topic).map_or(0, |count| count.messages);
+                    topic.track.reserve(messages, most);
                 }
-                values += (reading.track.values.len() - before) as u64;
-                if values > most {
-                    return Err(Error::TooLarge {
-                        at: file.clone(),
-                        shape: vec![values],
-                        limit: options.limits.max_values,
-                        hint: "take fewer recordings or raise limits.max_values",
-                    });
+                values += topic.track.values.len() - before;
+                if values as u64 > most {
+                    let hint = "take fewer recordings or raise limits.max_values";
+                    return Err(options.limits.too_large(&file, &[values], hint));
                 }
             }
             Ok(())
         })?;
     }
     let mut out = vec![];
-    for (Reading { track, decoder }, chosen) in all.into_iter().zip(chosen) {
+    for (ChosenTopic { track, decoder }, chosen) in all.into_iter().zip(chosen) {
         if decoder.is_none() {
             let held = described(&topics, &counts);
             return Err(refuse(format!("has no messages of topic {chosen}; it has {held}")));
@@ -120,17 +115,17 @@ pub(crate) fn tracks(bag: &Path, chosen: &[String], options: &ReadOptions, most:
     Ok(out)
 }
 
-impl Reading {
+impl ChosenTopic {
     /// Adds a message if it is of the chosen topic.
     fn add(
         &mut self,
         topic: &Topic,
         chosen: &str,
-        message: &file::Message,
+        message: &file::BagMessage,
         options: &ReadOptions,
     ) -> Result<(), String> {
         let decoder = match &self.decoder {
-            Some((own, _)) if *own != message.topic => return Ok(()),
+            Some((place, _)) if *place != message.topic => return Ok(()),
             Some((_, decoder)) => decoder,
             None => {
                 let Some(fields) = fields(chosen, &topic.name) else { return Ok(()) };
@@ -143,13 +138,13 @@ impl Reading {
             }
         };
         let Track { stamps, values, shape } = &mut self.track;
-        let own = decoder.read(message.data, values);
-        let own = own.map_err(|why| format!("{chosen}: message {} {why}", stamps.len()))?;
+        let read = decoder.read(message.data, values);
+        let read = read.map_err(|why| format!("{chosen}: message {} {why}", stamps.len()))?;
         if stamps.is_empty() {
-            *shape = own;
-        } else if *shape != own {
+            *shape = read;
+        } else if *shape != read {
             return Err(format!(
-                "{chosen}: message {} holds {own:?} numbers, those before it {shape:?}; choose a field that does not \
+                "{chosen}: message {} holds {read:?} numbers, those before it {shape:?}; choose a field that does not \
                  change in size, such as {chosen}.data",
                 stamps.len()
             ));

@@ -1,9 +1,9 @@
-//! Data sets of an HDF5 file, a MATLAB file of version 7.3 among them, as named arrays.
+//! Reads data sets of an HDF5 file, also of a MATLAB file of version 7.3, as named arrays.
 //!
-//! Nothing of a file is held but what its data sets are; values are streamed, some rows at a time. MATLAB stores arrays
-//! with their axes reversed, texts as numbers, and cells as references.
+//! Only the list of data sets is in memory; values are streamed, some rows at a time. MATLAB stores arrays with their axes
+//! reversed, texts as numbers, and cells as references.
 
-use crate::formats::npy::{Header, Kind};
+use crate::formats::npy::{Header, NumberKind};
 use crate::layout::order::natural;
 use crate::{Error, Result};
 
@@ -21,18 +21,18 @@ use taxel_base::quiet::caught;
 #[cfg(feature = "matlab")]
 const MAGIC: &[u8] = b"\x89HDF\r\n\x1a\n";
 const MATLAB: &[u8] = b"MATLAB 7.3";
-/// Groups within groups, and objects in all of them, beyond which a file is damaged.
+/// Most groups within groups, and objects in all of them, of a file that is not damaged.
 const MAX_DEPTH: usize = 16;
 const MAX_OBJECTS: usize = 100_000;
-/// Most values that so many bytes can hold: deflate packs 1032 bytes into one at best.
+/// Most bytes that one stored byte can hold: deflate packs 1032 into one at best.
 const PACKED: u64 = 1032;
 /// Bytes read at a time.
 const SLAB: u64 = 1 << 20;
-/// Where MATLAB keeps what cells refer to, and its objects.
+/// Groups in which MATLAB keeps the contents of cells, and its objects.
 pub(crate) const REFERENCES: &str = "#refs#";
 const SUBSYSTEM: &str = "#subsystem#";
 
-/// Whether a file is HDF5 by its first bytes.
+/// Checks whether a file is HDF5 by its first bytes.
 #[cfg(feature = "matlab")]
 pub(crate) fn is_hdf5(path: &Path) -> bool {
     start_of(path).is_some_and(|start| start.starts_with(MAGIC) || start.starts_with(MATLAB))
@@ -45,11 +45,11 @@ fn start_of(path: &Path) -> Option<Vec<u8>> {
 }
 
 /// An open file.
-pub(crate) struct Archive {
+pub(crate) struct Hdf5Archive {
     pub file: String,
     pub held: Hdf5File,
     pub is_matlab: bool,
-    /// Bytes that the file can hold at most, unpacked.
+    /// Most bytes that the file can hold, unpacked.
     pub most: u64,
     pub variables: Vec<Variable>,
 }
@@ -61,12 +61,11 @@ pub(crate) struct Variable {
     pub header: Header,
 }
 
-impl Archive {
-    /// Opens a file and reads what its data sets are.
+impl Hdf5Archive {
+    /// Opens a file and lists its data sets.
     pub fn open(path: &Path) -> Result<Self> {
         let file = path.display().to_string();
-        let io = |e: io::Error| Error::Io { file: file.clone(), kind: e.kind() };
-        let len = path.metadata().map_err(io)?.len();
+        let len = path.metadata().map_err(Error::io(path))?.len();
         if len == 0 {
             return Err(Error::EmptyFile { file });
         }
@@ -87,7 +86,7 @@ impl Archive {
         Ok(archive)
     }
 
-    /// Lists what lies below a group.
+    /// Lists the data sets below a group.
     fn list(&mut self, group: &Group, below: &str, depth: usize, left: &mut usize) -> Result<()> {
         let (groups, datasets) = sound(&self.file, || group.members())?;
         let objects = groups.len() + datasets.len();
@@ -110,7 +109,7 @@ impl Archive {
         Ok(())
     }
 
-    /// Type and shape of a data set as NumPy says them.
+    /// Describes type and shape of a data set as NumPy does.
     fn header(&self, dataset: &Dataset) -> Header {
         let mut shape = dataset.shape().to_vec();
         if self.is_matlab {
@@ -126,7 +125,7 @@ impl Archive {
         Header { dtype, shape, fortran: self.is_matlab, big, kind, size, matlab: self.is_matlab }
     }
 
-    /// What MATLAB calls it.
+    /// Returns the class that MATLAB gives it.
     fn class(&self, dataset: &Dataset) -> Option<String> {
         if !self.is_matlab {
             return None;
@@ -139,18 +138,11 @@ impl Archive {
     }
 }
 
-impl Variable {
-    /// Axes as the file has them, and what its values are called.
-    pub fn form(&self) -> (&[u64], &str) {
-        (&self.header.shape, &self.header.dtype)
-    }
-}
-
 pub(crate) fn damaged(file: &str, why: &str) -> Error {
-    Error::Hdf5 { file: file.into(), why: why.into() }
+    Error::file(file, format!("is not readable as HDF5 ({why}); copy it again or write it anew"))
 }
 
-/// What the library answers, whatever it does.
+/// Runs the library, and turns its errors and panics into ours.
 pub(crate) fn sound<T>(file: &str, work: impl FnOnce() -> hdf5_reader::error::Result<T>) -> Result<T> {
     match caught(work) {
         Some(Ok(value)) => Ok(value),
@@ -159,29 +151,31 @@ pub(crate) fn sound<T>(file: &str, work: impl FnOnce() -> hdf5_reader::error::Re
     }
 }
 
-/// How NumPy names a type, its kind, its size, and whether the highest byte comes first.
-fn number(dtype: &Datatype) -> (String, Option<Kind>, usize, bool) {
+/// Returns NumPy's name of a type, its kind, its size, and whether the highest byte comes first.
+fn number(dtype: &Datatype) -> (String, Option<NumberKind>, usize, bool) {
     let of = |letter: char, kind, size: u8, order: &ByteOrder| {
         let is_big = *order == ByteOrder::BigEndian;
-        let mark = if size == 1 {
-            '|'
-        } else if is_big {
-            '>'
-        } else {
-            '<'
+        let mark = match (size, is_big) {
+            (1, _) => '|',
+            (_, true) => '>',
+            (_, false) => '<',
         };
-        let known = matches!(size, 1 | 2 | 4 | 8) && !(kind == Kind::Float && size == 1);
+        let known = matches!(size, 1 | 2 | 4 | 8) && !(kind == NumberKind::Float && size == 1);
         (format!("{mark}{letter}{size}"), known.then_some(kind), usize::from(size), is_big)
     };
     match dtype {
-        Datatype::FixedPoint { size, signed: true, byte_order } => of('i', Kind::Int, *size, byte_order),
-        Datatype::FixedPoint { size, signed: false, byte_order } => of('u', Kind::Uint, *size, byte_order),
-        Datatype::FloatingPoint { size, byte_order } => of('f', Kind::Float, *size, byte_order),
+        Datatype::FixedPoint { size, signed: true, byte_order } => {
+            of('i', NumberKind::Int, *size, byte_order)
+        }
+        Datatype::FixedPoint { size, signed: false, byte_order } => {
+            of('u', NumberKind::Uint, *size, byte_order)
+        }
+        Datatype::FloatingPoint { size, byte_order } => of('f', NumberKind::Float, *size, byte_order),
         Datatype::Enum { base, members } => match (&**base, members.len()) {
-            (Datatype::FixedPoint { size: 1, byte_order, .. }, 2) => of('b', Kind::Bool, 1, byte_order),
+            (Datatype::FixedPoint { size: 1, byte_order, .. }, 2) => of('b', NumberKind::Bool, 1, byte_order),
             _ => number(base),
         },
-        Datatype::Bitfield { size, byte_order } => of('u', Kind::Uint, *size, byte_order),
+        Datatype::Bitfield { size, byte_order } => of('u', NumberKind::Uint, *size, byte_order),
         Datatype::String { .. } | Datatype::VarLen { kind: VarLenKind::String, .. } => named("text"),
         Datatype::VarLen { .. } => named("lists of unequal length"),
         Datatype::Compound { .. } => named("compound"),
@@ -190,11 +184,11 @@ fn number(dtype: &Datatype) -> (String, Option<Kind>, usize, bool) {
     }
 }
 
-fn named(name: &str) -> (String, Option<Kind>, usize, bool) {
+fn named(name: &str) -> (String, Option<NumberKind>, usize, bool) {
     (name.into(), None, 0, false)
 }
 
-/// Bytes of a text of a fixed size; none of another type.
+/// Returns the bytes of a text of a fixed size; none of another type.
 pub(crate) fn text_size(dtype: &Datatype) -> Option<usize> {
     match dtype {
         Datatype::String { size: StringSize::Fixed(size), .. } => Some(*size as usize),
@@ -204,9 +198,9 @@ pub(crate) fn text_size(dtype: &Datatype) -> Option<usize> {
 
 /// A value as it is stored.
 #[derive(Clone)]
-pub(crate) struct Stored<const N: usize>(pub [u8; N]);
+pub(crate) struct RawValue<const N: usize>(pub [u8; N]);
 
-impl<const N: usize> H5Type for Stored<N> {
+impl<const N: usize> H5Type for RawValue<N> {
     fn hdf5_type() -> Datatype {
         Datatype::Opaque { size: N as u32, tag: String::new() }
     }
@@ -222,19 +216,19 @@ impl<const N: usize> H5Type for Stored<N> {
 }
 
 /// The values of a data set as a stream.
-pub(crate) struct Values<'d, const N: usize> {
+pub(crate) struct ValueStream<'d, const N: usize> {
     dataset: &'d Dataset,
     row: u64,
-    /// Rows read at a time: whole chunks, so that none is unpacked twice.
+    /// Rows to read at a time: whole chunks, so that none is unpacked twice.
     rows: u64,
-    slab: Vec<Stored<N>>,
-    /// Bytes of the slab that were handed out.
+    slab: Vec<RawValue<N>>,
+    /// Number of bytes of the slab that were handed out.
     used: usize,
 }
 
-impl<'d, const N: usize> Values<'d, N> {
+impl<'d, const N: usize> ValueStream<'d, N> {
     pub fn new(dataset: &'d Dataset) -> Self {
-        // Saturating: of no samples at all the file may say any size.
+        // Saturating, as a file without samples may claim any size.
         let row = dataset.shape().iter().skip(1).fold(N as u64, |row, axis| row.saturating_mul(*axis));
         let chunk = dataset.chunks().and_then(|chunk| chunk.first().copied()).map_or(1, u64::from).max(1);
         let rows = (SLAB / row.max(1)).max(1).next_multiple_of(chunk);
@@ -250,7 +244,7 @@ impl<'d, const N: usize> Values<'d, N> {
         let end = self.row.saturating_add(self.rows).min(all);
         let mut selected = SliceInfo::all(self.dataset.ndim());
         selected.selections[0] = SliceInfoElem::Slice { start: self.row, end, step: 1 };
-        let slab = caught(|| self.dataset.read_slice::<Stored<N>>(&selected));
+        let slab = caught(|| self.dataset.read_slice::<RawValue<N>>(&selected));
         let slab = slab.ok_or_else(|| io::Error::other("it cannot be taken apart"))?;
         self.slab = slab.map_err(|e| io::Error::other(e.to_string()))?.into_iter().collect();
         self.row = end;
@@ -258,15 +252,15 @@ impl<'d, const N: usize> Values<'d, N> {
     }
 }
 
-impl<const N: usize> Read for Values<'_, N> {
+impl<const N: usize> Read for ValueStream<'_, N> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         if self.used == N * self.slab.len() {
             self.next()?;
         }
         let mut count = 0;
         for byte in buffer {
-            let Some(own) = self.slab.get(self.used / N) else { break };
-            *byte = own.0[self.used % N];
+            let Some(value) = self.slab.get(self.used / N) else { break };
+            *byte = value.0[self.used % N];
             self.used += 1;
             count += 1;
         }

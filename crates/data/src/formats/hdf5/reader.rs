@@ -1,8 +1,8 @@
-//! The reader of HDF5: its data sets as named arrays.
+//! The reader of HDF5, whose data sets are named arrays.
 
 use crate::Result;
-use crate::formats::archive::{self, NamedArrays, Take, Texts};
-use crate::formats::hdf5::hdf5::{Archive, Values, Variable, damaged};
+use crate::formats::archive::{Archive, NamedArrays, Take, Texts};
+use crate::formats::hdf5::hdf5::{Hdf5Archive, ValueStream, Variable, damaged};
 use crate::formats::hdf5::text;
 use crate::formats::npy::{Cap, Header};
 use crate::layout::arrays::{ArrayFile, OneArray};
@@ -24,26 +24,19 @@ pub(crate) const HDF5: ArrayFile = ArrayFile {
     open,
 };
 
-/// Opens a file, of MATLAB's version 7.3 too.
-pub(crate) fn open(path: &Path) -> Result<archive::Archive> {
-    Archive::open(path).map(archive::Archive::new)
+/// Opens a file, also of MATLAB's version 7.3.
+pub(crate) fn open(path: &Path) -> Result<Archive> {
+    Ok(Archive::new(path, Hdf5Archive::open(path)?))
 }
 
-impl NamedArrays for Archive {
-    /// Numbers, and more than one.
-    fn recordings(&self) -> Vec<String> {
-        let is_one =
-            |h: &Header| h.kind.is_some() && h.shape.len() > 1 && h.shape.iter().any(|axis| *axis > 1);
-        self.variables.iter().filter(|v| is_one(&v.header)).map(|v| v.name.clone()).collect()
-    }
-
-    fn described(&mut self) -> Vec<String> {
-        self.variables.iter().map(|v| format!("{} {}", v.name, v.header.described())).collect()
-    }
-
-    /// Names in counting order: files do not say in which order they were written.
+impl NamedArrays for Hdf5Archive {
+    /// Lists arrays in counting order: files do not say in which order they were written.
     fn saved(&self) -> Vec<String> {
         self.variables.iter().map(|v| v.name.clone()).collect()
+    }
+
+    fn header(&mut self, array: &str) -> Option<Header> {
+        self.variable(array).map(|variable| variable.header.clone())
     }
 
     fn with(&mut self, name: &str, place: &str, take: Take) -> Result<()> {
@@ -53,10 +46,10 @@ impl NamedArrays for Archive {
             return Err(damaged(place, "it says that it holds more than the file has bytes for"));
         }
         match header.size {
-            1 => take(header, &mut Values::<1>::new(dataset), place),
-            2 => take(header, &mut Values::<2>::new(dataset), place),
-            4 => take(header, &mut Values::<4>::new(dataset), place),
-            8 => take(header, &mut Values::<8>::new(dataset), place),
+            1 => take(header, &mut ValueStream::<1>::new(dataset), place),
+            2 => take(header, &mut ValueStream::<2>::new(dataset), place),
+            4 => take(header, &mut ValueStream::<4>::new(dataset), place),
+            8 => take(header, &mut ValueStream::<8>::new(dataset), place),
             _ => take(header, &mut io::empty(), place),
         }
     }
@@ -65,7 +58,7 @@ impl NamedArrays for Archive {
         text::read(self, array, at, cap)
     }
 
-    /// As MATLAB counts.
+    /// MATLAB counts from 1.
     fn counts_from_one(&self) -> bool {
         self.is_matlab
     }

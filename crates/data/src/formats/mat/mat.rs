@@ -1,10 +1,9 @@
-//! A MATLAB file of version 5, 6 or 7: one element per variable, each compressed on its own since 7.
+//! Reads a MATLAB file of version 5, 6 or 7: one element per variable, each compressed by itself since version 7.
 //!
-//! After MathWorks, "MAT-File Format", chapter 1. Only what a data set needs: dense real arrays of numbers.
-//! Read here, since crates for it hold whole files in memory.
-//! Nothing of a file is held but the names and shapes of its variables; values are streamed.
+//! After MathWorks, "MAT-File Format", chapter 1, as far as a data set needs it: dense real arrays of numbers. Crates for it
+//! hold whole files in memory. Here only names and shapes of variables are; values are streamed.
 
-use crate::formats::npy::{Header, Kind, read_up_to};
+use crate::formats::npy::{Header, NumberKind, read_up_to};
 use crate::{Error, Result};
 use flate2::read::ZlibDecoder;
 use std::fs::File;
@@ -13,7 +12,7 @@ use std::path::Path;
 
 /// Bytes before the first element.
 const START: u64 = 128;
-/// Elements of a file, and axes of an array, beyond which it is damaged.
+/// Most elements of a file, and axes of an array, where they are not damaged.
 const MAX_ELEMENTS: usize = 100_000;
 const MAX_AXES: usize = 32;
 /// MATLAB allows 63 letters.
@@ -24,7 +23,7 @@ pub(crate) const MATRIX: u32 = 14;
 const COMPRESSED: u32 = 15;
 
 /// An open file.
-pub(crate) struct Archive {
+pub(crate) struct MatArchive {
     file: String,
     reader: BufReader<File>,
     big: bool,
@@ -33,25 +32,25 @@ pub(crate) struct Archive {
 
 pub(crate) struct Variable {
     pub name: String,
-    /// Where its element starts.
+    /// Position of its element.
     pub at: u64,
     pub header: Header,
 }
 
-impl Archive {
-    /// Opens a file and reads what its variables are called.
+impl MatArchive {
+    /// Opens a file and lists its variables.
     pub fn open(path: &Path) -> Result<Self> {
         let file = path.display().to_string();
-        let io = |e: io::Error| Error::Io { file: file.clone(), kind: e.kind() };
-        let handle = File::open(path).map_err(io)?;
-        let len = handle.metadata().map_err(io)?.len();
+        let io = Error::io(path);
+        let handle = File::open(path).map_err(&io)?;
+        let len = handle.metadata().map_err(&io)?.len();
         if len == 0 {
             return Err(Error::EmptyFile { file });
         }
         let mut reader = BufReader::new(handle);
         let big = is_big_endian(&mut reader, &file)?;
         let place = file.clone();
-        let mut archive = Archive { file, reader, big, variables: vec![] };
+        let mut archive = MatArchive { file, reader, big, variables: vec![] };
         let mut at = START;
         while at < len {
             if archive.variables.len() == MAX_ELEMENTS {
@@ -69,7 +68,7 @@ impl Archive {
         Ok(archive)
     }
 
-    /// Where a variable starts, and its element.
+    /// Returns the position of a variable, and its element.
     pub fn element_of(&mut self, name: &str) -> Result<Option<(u64, Element<'_>)>> {
         match self.variables.iter().find(|v| v.name == name).map(|v| v.at) {
             None => Ok(None),
@@ -77,11 +76,10 @@ impl Archive {
         }
     }
 
-    /// The element at a position, uncompressed, and where it ends.
+    /// Returns the end of the element at a position, and the element uncompressed.
     pub fn element(&mut self, at: u64) -> Result<(u64, Element<'_>)> {
         let (file, big) = (self.file.clone(), self.big);
-        let io = |e: io::Error| Error::Io { file: file.clone(), kind: e.kind() };
-        self.reader.seek(SeekFrom::Start(at)).map_err(io)?;
+        self.reader.seek(SeekFrom::Start(at)).map_err(Error::io(&file))?;
         let mut stream: Box<dyn Read + '_> = Box::new(&mut self.reader);
         let cut = |why: Broken| why.at(&file, at);
         let (kind, bytes) = tag(&mut stream, big).map_err(cut)?;
@@ -104,14 +102,17 @@ impl Archive {
 }
 
 pub(crate) fn damaged(file: &str, why: impl Into<String>) -> Error {
-    Error::DamagedMatlab { file: file.into(), why: why.into() }
+    Error::file(file, format!("{}; copy it again or save it anew with save(..., '-v7')", why.into()))
 }
 
-/// Reads the first 128 bytes: the kind of file and the order of its bytes.
+/// Reads the first 128 bytes: version of the file and order of its bytes.
 fn is_big_endian(reader: &mut dyn Read, file: &str) -> Result<bool> {
-    let not = |why| Error::NotMatlab { file: file.into(), why };
+    let not = |why: &str| {
+        let how = "write it with save(..., '-v7')";
+        Error::file(file, format!("is not a MATLAB file of version 5 to 7 ({why}); {how}"))
+    };
     let mut start = [0; START as usize];
-    let got = read_up_to(reader, &mut start).map_err(|e| Error::Io { file: file.into(), kind: e.kind() })?;
+    let got = read_up_to(reader, &mut start).map_err(Error::io(file))?;
     if got < start.len() {
         return Err(not("it ends before its header does"));
     }
@@ -123,7 +124,7 @@ fn is_big_endian(reader: &mut dyn Read, file: &str) -> Result<bool> {
     }
 }
 
-/// What is wrong with an element.
+/// The reason why an element cannot be read.
 pub(crate) enum Broken {
     Read(io::Error),
     Is(String),
@@ -156,13 +157,21 @@ fn word(stream: &mut dyn Read, big: bool) -> io::Result<u32> {
     Ok(if big { u32::from_be_bytes(bytes) } else { u32::from_le_bytes(bytes) })
 }
 
-/// Type and length in bytes.
+/// Reads type and length in bytes.
 fn tag(stream: &mut dyn Read, big: bool) -> Result<(u32, u32), Broken> {
     Ok((word(stream, big)?, word(stream, big)?))
 }
 
-/// Name, form and values of a variable.
+/// Name, header and values of a variable.
 type Content<'a> = (String, Header, Box<dyn Read + 'a>);
+
+/// Class, shape and name of a variable.
+pub(crate) struct Form {
+    pub class: u32,
+    pub complex: bool,
+    pub shape: Vec<u64>,
+    pub name: String,
+}
 
 /// The content of a variable's element.
 pub(crate) struct Element<'a> {
@@ -171,15 +180,9 @@ pub(crate) struct Element<'a> {
 }
 
 impl<'a> Element<'a> {
-    /// The variable; of what is no number the values are empty. None for what MATLAB keeps for itself.
+    /// Reads the variable, without values where it holds no numbers; none for variables that MATLAB keeps for itself.
     pub fn variable(mut self) -> Result<Option<Content<'a>>, Broken> {
-        let flags = word(&mut self.part(16)?.as_slice(), self.big)?;
-        let (class, complex) = (flags & 0xFF, flags & 0x800 != 0);
-        // Objects such as `categorical` and `table` have no shape.
-        let shape = if class == 17 { vec![] } else { self.part(4 * MAX_AXES)? };
-        let axes = shape.chunks_exact(4).map(|mut axis| word(&mut axis, self.big).map(u64::from));
-        let shape = axes.collect::<io::Result<_>>()?;
-        let name = String::from_utf8_lossy(&self.part(MAX_NAME)?).into_owned();
+        let Form { class, complex, shape, name } = self.form()?;
         if name.is_empty() {
             return Ok(None);
         }
@@ -203,22 +206,24 @@ impl<'a> Element<'a> {
         Ok(Some((name, header, Box::new(Cursor::new(small).chain(self.stream.take(bytes))))))
     }
 
-    /// Class and shape; the stream goes on behind the name.
-    pub fn form(&mut self) -> Result<(u32, Vec<u64>), Broken> {
-        let class = word(&mut self.part(16)?.as_slice(), self.big)? & 0xFF;
+    /// Reads class, shape and name, which come first.
+    pub fn form(&mut self) -> Result<Form, Broken> {
+        let flags = word(&mut self.part(16)?.as_slice(), self.big)?;
+        let (class, complex) = (flags & 0xFF, flags & 0x800 != 0);
+        // Objects such as `categorical` and `table` have no shape.
         let shape = if class == 17 { vec![] } else { self.part(4 * MAX_AXES)? };
         let axes = shape.chunks_exact(4).map(|mut axis| word(&mut axis, self.big).map(u64::from));
         let shape = axes.collect::<io::Result<_>>()?;
-        self.part(MAX_NAME)?;
-        Ok((class, shape))
+        let name = String::from_utf8_lossy(&self.part(MAX_NAME)?).into_owned();
+        Ok(Form { class, complex, shape, name })
     }
 
-    /// Type and length in bytes of what comes next.
+    /// Reads type and length in bytes of the next part.
     pub fn tag(&mut self) -> Result<(u32, u32), Broken> {
         tag(&mut self.stream, self.big)
     }
 
-    /// Type of the next part, the bytes within its tag, and how many follow.
+    /// Reads the type of the next part, the bytes within its tag, and the number of bytes that follow.
     pub fn start(&mut self) -> Result<(u32, Vec<u8>, u64), Broken> {
         let first = word(&mut self.stream, self.big)?;
         if first >> 16 == 0 {
@@ -230,7 +235,7 @@ impl<'a> Element<'a> {
         Ok((first & 0xFFFF, bytes, 0))
     }
 
-    /// The next part whole, with what fills it up to eight bytes.
+    /// Reads the next part whole, with the bytes that fill it up to eight.
     fn part(&mut self, most: usize) -> Result<Vec<u8>, Broken> {
         let (_, mut bytes, follow) = self.start()?;
         if follow > most as u64 {
@@ -246,7 +251,7 @@ impl<'a> Element<'a> {
     }
 }
 
-/// How NumPy names what MATLAB keeps; other classes by MATLAB's names.
+/// Returns NumPy's name of a class of numbers, and MATLAB's name of any other.
 fn dtype(class: u32, complex: bool) -> String {
     let name = match class {
         1 => "cell",
@@ -269,19 +274,19 @@ fn dtype(class: u32, complex: bool) -> String {
     if complex { format!("complex {name}") } else { name.into() }
 }
 
-/// Kind and size of stored numbers: whole doubles are stored in as few bytes as they need.
-fn number(stored: u32) -> Option<(Kind, usize)> {
+/// Returns kind and size of stored numbers: whole doubles are stored in as few bytes as they need.
+fn number(stored: u32) -> Option<(NumberKind, usize)> {
     Some(match stored {
-        1 => (Kind::Int, 1),
-        2 => (Kind::Uint, 1),
-        3 => (Kind::Int, 2),
-        4 => (Kind::Uint, 2),
-        5 => (Kind::Int, 4),
-        6 => (Kind::Uint, 4),
-        7 => (Kind::Float, 4),
-        9 => (Kind::Float, 8),
-        12 => (Kind::Int, 8),
-        13 => (Kind::Uint, 8),
+        1 => (NumberKind::Int, 1),
+        2 => (NumberKind::Uint, 1),
+        3 => (NumberKind::Int, 2),
+        4 => (NumberKind::Uint, 2),
+        5 => (NumberKind::Int, 4),
+        6 => (NumberKind::Uint, 4),
+        7 => (NumberKind::Float, 4),
+        9 => (NumberKind::Float, 8),
+        12 => (NumberKind::Int, 8),
+        13 => (NumberKind::Uint, 8),
         _ => return None,
     })
 }

@@ -1,8 +1,8 @@
-//! The reader of MATLAB files: their variables as named arrays.
+//! The reader of MATLAB files, whose variables are named arrays.
 
 use crate::Result;
-use crate::formats::archive::{self, NamedArrays, Take, Texts};
-use crate::formats::mat::mat::{Archive, damaged};
+use crate::formats::archive::{Archive, NamedArrays, Take, Texts};
+use crate::formats::mat::mat::{MatArchive, damaged};
 use crate::formats::mat::text;
 use crate::formats::npy::{Cap, Header};
 use crate::layout::arrays::{ArrayFile, OneArray};
@@ -25,20 +25,20 @@ pub(crate) const MAT: ArrayFile = ArrayFile {
     }),
     open: |path| match open_hdf5(path) {
         Some(held) => held,
-        None => Archive::open(path).map(archive::Archive::new),
+        None => Ok(Archive::new(path, MatArchive::open(path)?)),
     },
 };
 
 /// Opens a file that is HDF5 by its first bytes.
 #[cfg(feature = "hdf5")]
-fn open_hdf5(path: &Path) -> Option<Result<archive::Archive>> {
+fn open_hdf5(path: &Path) -> Option<Result<Archive>> {
     use crate::formats::hdf5::{hdf5, reader};
     hdf5::is_hdf5(path).then(|| reader::open(path))
 }
 
 /// Refuses a file that is HDF5 by its first bytes: this build does without.
 #[cfg(not(feature = "hdf5"))]
-fn open_hdf5(path: &Path) -> Option<Result<archive::Archive>> {
+fn open_hdf5(path: &Path) -> Option<Result<Archive>> {
     use std::io::Read;
     let file = path.display().to_string();
     let mut start = [0; 10];
@@ -47,30 +47,17 @@ fn open_hdf5(path: &Path) -> Option<Result<archive::Archive>> {
     is_hdf5.then_some(Err(crate::Error::NotBuilt { file, feature: "hdf5" }))
 }
 
-impl NamedArrays for Archive {
-    /// Numbers, and more than one.
-    fn recordings(&self) -> Vec<String> {
-        let is_one = |h: &Header| h.kind.is_some() && h.shape.iter().any(|axis| *axis > 1);
-        let mut names: Vec<_> =
-            self.variables.iter().filter(|v| is_one(&v.header)).map(|v| v.name.clone()).collect();
-        names.sort();
-        names
-    }
-
-    fn described(&mut self) -> Vec<String> {
-        let mut all: Vec<_> =
-            self.variables.iter().map(|v| format!("{} {}", v.name, v.header.described())).collect();
-        all.sort();
-        all
-    }
-
+impl NamedArrays for MatArchive {
     fn saved(&self) -> Vec<String> {
         self.variables.iter().map(|v| v.name.clone()).collect()
     }
 
+    fn header(&mut self, array: &str) -> Option<Header> {
+        self.variables.iter().find(|v| v.name == array).map(|v| v.header.clone())
+    }
+
     fn with(&mut self, name: &str, place: &str, take: Take) -> Result<()> {
-        let Some(at) = self.variables.iter().find(|v| v.name == name).map(|v| v.at) else { return Ok(()) };
-        let (_, element) = self.element(at)?;
+        let Some((at, element)) = self.element_of(name)? else { return Ok(()) };
         match element.variable().map_err(|why| why.at(place, at))? {
             Some((_, header, mut values)) => take(&header, &mut values, place),
             None => Err(damaged(place, "has changed while it was read")),

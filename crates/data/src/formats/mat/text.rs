@@ -1,9 +1,9 @@
-//! Texts in a MATLAB file: a char matrix, one text a row, or a cell array of them.
+//! Reads texts in a MATLAB file: a char matrix, one text a row, or a cell array of them.
 
+use crate::Result;
 use crate::formats::archive::Texts;
-use crate::formats::mat::mat::{Archive, Broken, Element, MATRIX};
+use crate::formats::mat::mat::{Broken, Element, Form, MATRIX, MatArchive};
 use crate::formats::npy::Cap;
-use crate::{Error, Result};
 use std::io::{Cursor, Read};
 
 /// Classes of variables.
@@ -15,11 +15,11 @@ const MAX_MATRIX: u64 = 1 << 26;
 /// Most bytes of all cells, about 170 for a word.
 const MAX_ALL: u64 = 1 << 30;
 
-/// The texts of a variable; none of one that holds something else.
-pub(crate) fn read(archive: &mut Archive, name: &str, place: &str, cap: Cap) -> Result<Option<Texts>> {
+/// Reads the texts of a variable; none of one that holds something else.
+pub(crate) fn read(archive: &mut MatArchive, name: &str, place: &str, cap: Cap) -> Result<Option<Texts>> {
     let Some((at, mut element)) = archive.element_of(name)? else { return Ok(None) };
     let texts = (|| {
-        let (class, shape) = element.form()?;
+        let Form { class, shape, .. } = element.form()?;
         match (class, shape.as_slice()) {
             (CHAR, &[_, _]) => {
                 let values = rows(&mut element, &shape)?;
@@ -30,14 +30,12 @@ pub(crate) fn read(archive: &mut Archive, name: &str, place: &str, cap: Cap) -> 
         }
     })();
     texts.map_err(|why: Broken| why.at(place, at)).and_then(|texts| match texts {
-        Some(texts) if texts.values.len() as u64 > cap.values => {
-            Err(Error::TooLarge { at: place.into(), shape: texts.shape, limit: cap.values, hint: cap.hint })
-        }
+        Some(texts) if texts.values.len() as u64 > cap.values => Err(cap.too_large(place, &texts.shape)),
         other => Ok(other),
     })
 }
 
-/// The texts of a cell array, which lie column by column; none where a cell holds something else.
+/// Reads the texts of a cell array; none where a cell holds something else.
 fn cells(element: &mut Element, rows: u64, columns: u64, cap: Cap) -> Result<Option<Texts>, Broken> {
     let count = rows.saturating_mul(columns);
     if count > cap.values {
@@ -50,26 +48,23 @@ fn cells(element: &mut Element, rows: u64, columns: u64, cap: Cap) -> Result<Opt
         if kind != MATRIX || bytes > MAX_CELL || all > MAX_ALL {
             return Err(Broken::Is(format!("a cell of type {kind} and {bytes} bytes")));
         }
-        let mut own = vec![0; bytes as usize];
-        element.stream.read_exact(&mut own)?;
+        let mut cell = vec![0; bytes as usize];
+        element.stream.read_exact(&mut cell)?;
         // An empty cell has no content at all.
-        if own.is_empty() {
+        if cell.is_empty() {
             return Ok(None);
         }
-        let mut own = Element { stream: Box::new(Cursor::new(own)), big: element.big };
-        let (class, shape) = own.form()?;
+        let mut cell = Element { stream: Box::new(Cursor::new(cell)), big: element.big };
+        let Form { class, shape, .. } = cell.form()?;
         if class != CHAR || shape.len() != 2 || shape[0] > 1 {
             return Ok(None);
         }
-        stored.push(self::rows(&mut own, &shape)?.pop().unwrap_or_default());
+        stored.push(self::rows(&mut cell, &shape)?.pop().unwrap_or_default());
     }
-    let (rows, columns) = (rows as usize, columns as usize);
-    let values = (0..stored.len()).map(|i| stored[(i % columns) * rows + i / columns].clone()).collect();
-    let shape = if rows.min(columns) == 1 { vec![count] } else { vec![rows as u64, columns as u64] };
-    Ok(Some(Texts { shape, values }))
+    Ok(Some(Texts::of_cells(&stored, rows, columns)))
 }
 
-/// The rows of a char matrix without the blanks that fill them up.
+/// Reads the rows of a char matrix, without the blanks at their end.
 fn rows(element: &mut Element, shape: &[u64]) -> Result<Vec<String>, Broken> {
     let (rows, columns) = (shape[0] as usize, shape[1] as usize);
     if shape[0].saturating_mul(shape[1]) > MAX_MATRIX {

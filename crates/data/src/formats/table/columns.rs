@@ -1,18 +1,18 @@
-//! What the columns of a table are, by options and header.
+//! Finds the roles of the columns of a table, by options and header.
 
 use crate::formats::table::options::{Clock, TableForm, TableOptions};
 use crate::options::ReadOptions;
 use crate::{Error, Result};
 
-/// Names of the column that says which recording a row belongs to, also followed by `_id`.
+/// Names of the column of recordings, also followed by `_id`.
 const RECORDING: [&str; 3] = ["recording", "series", "sequence"];
-/// Names of the column of labels; the first that is there is it. `y` is too, but not beside `x`: an axis.
+/// Names of the column of labels; the first that is there counts. `y` is one too, but not beside `x`: then it is an axis.
 const LABEL: [&str; 3] = ["label", "class", "target"];
 
 /// Columns that a message lists.
 const NAMES: usize = 16;
 
-/// The columns of a table by what they are for, as positions.
+/// The columns of a table by their role, as positions.
 pub(crate) struct TableColumns {
     pub form: TableForm,
     pub recording: Option<usize>,
@@ -21,14 +21,14 @@ pub(crate) struct TableColumns {
     pub group: Option<usize>,
     /// Marks of the samples to test on.
     pub test: Option<usize>,
-    /// Columns that may be channels: those that are named, or all others but those to be ignored.
+    /// Columns that may be channels: the named ones, or all others that are not ignored.
     pub rest: Vec<usize>,
     /// Axes of the channels of a row; none where they are a list.
     pub shape: Vec<usize>,
 }
 
 impl TableColumns {
-    /// Reads the `header`. A label is `needed` of a set to learn from.
+    /// Finds the columns in the `header`. A label is `needed` of a set to learn from.
     pub fn of(header: &[String], file: &str, options: &ReadOptions, needed: bool) -> Result<Self> {
         let header = Header { names: header, file };
         let table = &options.table;
@@ -70,27 +70,28 @@ impl TableColumns {
         let test = options.test.as_ref().map(|name| header.named(name, "test")).transpose()?;
         let used = [recording, time.map(|(at, _)| at), label, group, test];
         let is_ignored = |name: &String| {
-            // Spreadsheets and data frames write their row numbers in a column without a name. What says the class in
-            // other words would be learned as a reading.
-            name.is_empty() || table.ignore.contains(name) || is_no_reading(name)
+            // Spreadsheets and data frames write row numbers in a column without a name. Another column of classes would
+            // give the answer away.
+            name.is_empty() || table.ignore.contains(name) || is_like_a_role(name)
         };
         let is_free = |at: &usize| !used.contains(&Some(*at)) && !is_ignored(&header.names[*at]);
-        let told = |name: &String| header.named(name, "table.columns");
-        let rest = match table.columns.is_empty() {
-            true => (0..header.names.len()).filter(is_free).collect(),
-            false => table.columns.iter().map(told).collect::<Result<_>>()?,
+        let named = |name: &String| header.named(name, "table.columns");
+        let rest = if table.columns.is_empty() {
+            (0..header.names.len()).filter(is_free).collect()
+        } else {
+            table.columns.iter().map(named).collect::<Result<_>>()?
         };
         Ok(Self { form, recording, time, label, group, test, rest, shape: table.shape.clone() })
     }
 
-    /// Every column that is used beside the channels; the time of a sample is no feature of it.
+    /// Lists the columns that are used beside the channels; the time of a sample is no feature of it.
     pub fn used(&self) -> impl Iterator<Item = usize> {
         let time = self.time.filter(|_| self.form == TableForm::Long).map(|(at, _)| at);
         [self.recording, time, self.label, self.group, self.test].into_iter().flatten()
     }
 }
 
-/// The column that says which recording a row belongs to, by the names it usually has.
+/// Finds the column of recordings by its usual names.
 pub(crate) fn recording_in(names: &[String]) -> Option<usize> {
     let is_it = |name: &String| {
         let name = name.to_lowercase();
@@ -99,9 +100,9 @@ pub(crate) fn recording_in(names: &[String]) -> Option<usize> {
     names.iter().position(is_it)
 }
 
-/// Whether a column that has no role is called like one that has.
-fn is_no_reading(name: &str) -> bool {
-    let is_named = LABEL.iter().chain(&["group"]).any(|own| own.eq_ignore_ascii_case(name));
+/// Checks whether a column without a role is called like one with a role.
+fn is_like_a_role(name: &str) -> bool {
+    let is_named = LABEL.iter().chain(&["group"]).any(|role| role.eq_ignore_ascii_case(name));
     is_named || recording_in(&[name.into()]).is_some()
 }
 
@@ -113,15 +114,15 @@ struct Header<'h> {
 
 impl Header<'_> {
     fn find(&self, name: &str) -> Option<usize> {
-        let exact = self.names.iter().position(|own| own == name);
-        exact.or_else(|| self.names.iter().position(|own| own.eq_ignore_ascii_case(name)))
+        let exact = self.names.iter().position(|column| column == name);
+        exact.or_else(|| self.names.iter().position(|column| column.eq_ignore_ascii_case(name)))
     }
 
     fn lone_y(&self) -> Option<usize> {
         self.find("y").filter(|_| self.find("x").is_none())
     }
 
-    /// The column that an option names.
+    /// Finds the column that an option names.
     fn named(&self, name: &str, option: &'static str) -> Result<usize> {
         self.find(name).ok_or_else(|| self.missing(name, option))
     }
@@ -144,6 +145,6 @@ impl Header<'_> {
     }
 
     fn refuse(&self, why: String) -> Error {
-        Error::Table { file: self.file.into(), why }
+        Error::file(self.file, why)
     }
 }

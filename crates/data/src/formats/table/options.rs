@@ -1,4 +1,4 @@
-//! What the columns of a table are, where its header does not say it.
+//! Options of a table: the roles of its columns, where the header does not say them.
 
 use serde::{Deserialize, Serialize};
 use std::fmt::{self, Display, Formatter};
@@ -7,12 +7,13 @@ use std::str::FromStr;
 /// Names of the column of time stamps, also followed by their unit.
 const TIME: [&str; 3] = ["time", "timestamp", "t"];
 
-/// How a CSV table of many recordings is read; by default its header says it.
+/// How a table of many recordings is read; by default its header says it.
 ///
 /// The columns of labels, groups and test marks are named by [`ReadOptions::y`](field@crate::ReadOptions::y),
 /// [`ReadOptions::group`](crate::ReadOptions::group) and [`ReadOptions::test`](crate::ReadOptions::test).
 ///
-/// As text, on a command line, where nothing is the default: `long`, `wide`, `long,recording=grasp,time=stamp,clock=ms,ignore=id`, `wide,shape=16x16`.
+/// As text, on a command line: `long`, `wide`, `long,recording=grasp,time=stamp,clock=ms,ignore=id`, `wide,shape=16x16`.
+/// The empty text is the default.
 ///
 /// ```
 /// use taxel_data::{Clock, TableForm, TableOptions};
@@ -25,23 +26,22 @@ const TIME: [&str; 3] = ["time", "timestamp", "t"];
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct TableOptions {
-    /// What a row is. By default long where a column says which recording a row belongs to.
+    /// Meaning of a row. Default long where there is a column of recordings.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub form: Option<TableForm>,
-    /// The column that says which recording a row belongs to. Default `recording`, `series` or `sequence`, also
-    /// with `_id`.
+    /// The column that names the recording of a row. Default `recording`, `series` or `sequence`, also with `_id`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub recording: Option<String>,
     /// The column of time stamps of a long table. Default `time`, `timestamp` or `t`, also with a unit: `time_ms`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub time: Option<String>,
-    /// The unit of the time stamps. Default what the column's name ends with, else seconds.
+    /// The unit of the time stamps. Default the end of the column's name, else seconds.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub clock: Option<Clock>,
     /// Columns that are no channels, such as `id`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub ignore: Vec<String>,
-    /// Columns that are the channels, in this order. Default all that hold numbers and have no other part.
+    /// Columns that are the channels, in this order. Default all that hold numbers and have no other role.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub columns: Vec<String>,
     /// Axes that the channels of a row have, the last one fastest: `[16, 16]` of 256 taxels. A row of a wide table is
@@ -51,11 +51,11 @@ pub struct TableOptions {
     pub shape: Vec<usize>,
 }
 
-/// What a row of a table is.
+/// Meaning of a row of a table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum TableForm {
-    /// One reading of all channels; the rows of a recording are its readings over time.
+    /// One time step of all channels; the rows of a recording are its time steps.
     Long,
     /// One sample; its columns are features.
     Wide,
@@ -91,7 +91,7 @@ pub struct NotATable {
 impl Clock {
     const ALL: [Self; 4] = [Self::Seconds, Self::Milliseconds, Self::Microseconds, Self::Nanoseconds];
 
-    /// The unit as it is written: `s`, `ms`, `us`, `ns`.
+    /// Returns the unit as it is written: `s`, `ms`, `us`, `ns`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Seconds => "s",
@@ -101,8 +101,8 @@ impl Clock {
         }
     }
 
-    /// The unit that the name of a column of time stamps ends with (`time_ms`), seconds where it has none; none for a name
-    /// that is not `time`, `timestamp` or `t`.
+    /// Returns the unit at the end of the name of a column of time stamps (`time_ms`), or seconds without one; none for a
+    /// name that is not `time`, `timestamp` or `t`.
     pub fn of_column(name: &str) -> Option<Self> {
         let name = name.to_lowercase();
         let head = name.find([' ', '_', '(', '[']).unwrap_or(name.len());
@@ -111,7 +111,7 @@ impl Clock {
         clock.filter(|_| TIME.contains(&&name[..head]))
     }
 
-    /// How many of it a second has.
+    /// Returns the number of units in a second.
     pub fn per_second(self) -> f64 {
         match self {
             Self::Seconds => 1.0,
@@ -121,14 +121,14 @@ impl Clock {
         }
     }
 
-    /// The unit of that name.
+    /// Finds the unit of a name.
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|clock| clock.name() == name)
     }
 }
 
 impl TableForm {
-    /// `long` or `wide`.
+    /// Returns `long` or `wide`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Long => "long",
@@ -138,7 +138,7 @@ impl TableForm {
 }
 
 impl TableOptions {
-    /// The same as a config says it: `table = { form = "long" }`.
+    /// Writes the options as in a config: `table = { form = "long" }`.
     pub fn key(&self) -> String {
         let word = |key: &str, word: Option<&str>| word.map(|word| format!("{key} = {word:?}"));
         let list = |key: &str, names: &[String]| (!names.is_empty()).then(|| format!("{key} = {names:?}"));
@@ -155,7 +155,7 @@ impl TableOptions {
     }
 }
 
-/// Axes as they are written: `16x16`; none of them is 0.
+/// Parses axes as they are written: `16x16`; none of them is 0.
 fn axes_of(text: &str) -> Option<Vec<usize>> {
     text.split('x').map(|axis| axis.parse().ok().filter(|axis| *axis > 0)).collect()
 }

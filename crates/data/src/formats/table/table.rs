@@ -1,12 +1,12 @@
-//! One table of many recordings, in CSV or Parquet.
+//! Reads one table of many recordings, in CSV or Parquet.
 
 use crate::dataset::labels::by_name;
-use crate::dataset::raw::{Facts, Names, Raw, name_of};
+use crate::dataset::raw::{NamedColumn, Names, Raw, SampleFacts, name_of};
 use crate::formats::clock::Timing;
 use crate::formats::table::columns::{TableColumns, recording_in};
-use crate::formats::table::long::{self, Recording};
+use crate::formats::table::long::{self, TableRecording};
 use crate::formats::table::options::{TableForm, TableOptions};
-use crate::formats::table::text_columns::{Row, TableText};
+use crate::formats::table::text_columns::{TableRow, TableText};
 use crate::layout::arrays;
 use crate::layout::names_file;
 use crate::length::ragged::{Collected, Ragged};
@@ -19,14 +19,14 @@ use taxel_base::Layout;
 
 /// Reads files of tables in one format.
 ///
-/// - wide: a row is a sample `[F]`, or of the shape that is said.
-/// - long: rows of the same recording are its readings over time, `[C, T]`, or `[T, H, W]` where a row has that shape;
+/// - wide: a row is a sample `[F]`, or of the given shape.
+/// - long: rows of the same recording are its time steps, `[C, T]`, or `[T, H, W]` where a row has that shape;
 ///   recordings may differ in length, and their rows may be mixed.
 ///
 /// Columns of texts without a role are passed over and named in the card.
 pub(crate) struct TableFile {
     pub format: &'static Format,
-    /// Whether a file can be nothing else.
+    /// A file of this format cannot be one recording.
     pub is_always: bool,
     pub open: fn(&Path, &Limits) -> Result<TableText>,
 }
@@ -77,26 +77,24 @@ impl Reader for TableFile {
         let set = [("x", options.names_x()), ("resize", options.resize.is_some())];
         refuse_set(&place.file(), &set, why)?;
         let table = self.opened(place.path, &options.limits)?;
-        let beside = names_file::lenient(place.path, &options.limits)?;
-        taken(&table, name_of(place.path), beside, options, place.needs_labels(), None)
+        let beside = names_file::beside(place.path, false, &options.limits)?;
+        read(&table, name_of(place.path), beside, options, place.needs_labels(), None)
     }
 }
 
 impl TableFile {
-    /// Whether a file that could be one recording is a table of many, for a model that takes samples of `rank` axes.
+    /// Checks whether a file that could be one recording is a table of many, for a model that takes samples of `rank` axes.
     fn is_table(&self, path: &Path, options: &ReadOptions, rank: usize) -> bool {
-        let says = || {
-            let named = |header: &[String]| {
-                options.table.recording.as_ref().is_some_and(|name| header.contains(name))
-            };
-            let table = self.opened(path, &options.limits);
-            table.is_ok_and(|table| recording_in(&table.header).is_some() || named(&table.header))
+        let has_recordings = || {
+            let Ok(table) = self.opened(path, &options.limits) else { return false };
+            let is_named = options.table.recording.as_ref().is_some_and(|name| table.header.contains(name));
+            is_named || recording_in(&table.header).is_some()
         };
-        // A model's columns alone do not make a table of a file.
-        let is_told = options.table.form.is_some()
+        // The options of a model may name columns alone, which does not make a table of a file.
+        let has_options = options.table.form.is_some()
             || !options.table.shape.is_empty()
             || options.table.columns.is_empty() && options.table != TableOptions::default();
-        rank == 1 || is_told || says()
+        rank == 1 || has_options || has_recordings()
     }
 
     /// Opens a file whose columns have different names.
@@ -105,17 +103,18 @@ impl TableFile {
     }
 }
 
-/// Reads a table that is open; `told` says the label of each recording in the place of a column.
-pub(crate) fn taken(
+/// Reads a table that is open; `labels_by_recording` takes the place of a column of labels.
+pub(crate) fn read(
     table: &TableText,
     set: String,
-    beside: (Option<Names>, Facts),
+    beside: (Option<Names>, SampleFacts),
     options: &ReadOptions,
     needs_labels: bool,
-    told: Option<&HashMap<String, String>>,
+    labels_by_recording: Option<&HashMap<String, String>>,
 ) -> Result<Raw> {
     let file = table.file.clone();
-    let columns = TableColumns::of(&table.header, &file, options, needs_labels && told.is_none())?;
+    let needs_labels = needs_labels && labels_by_recording.is_none();
+    let columns = TableColumns::of(&table.header, &file, options, needs_labels)?;
     let (channels, texts) = table.numeric(columns.rest.clone())?;
     if channels.is_empty() {
         let held = table.header.join(", ");
@@ -131,13 +130,13 @@ pub(crate) fn taken(
         facts.rate = Some(timing.rate());
         facts.stamped = facts.rate;
     }
-    if let Some(told) = told {
-        tell_labels(table, &mut all, told)?;
+    if let Some(labels) = labels_by_recording {
+        set_labels(table, &mut all, labels)?;
     }
     let x = x.ok_or_else(|| Error::NoSamples { at: file.clone() })?;
     let name = |at: usize| table.header[at].clone();
     let y_name = columns.label.map_or_else(|| "label".into(), name);
-    let labels = labels(&all, &y_name, &file, names)?;
+    let (y, names) = labels(&all, &y_name, &file, names)?;
     let mut read_as = vec![described(table, &columns, channels.len())];
     read_as.extend(timing.map(|timing| timing.to_string()));
     let used: Vec<usize> = columns.used().collect();
@@ -146,33 +145,39 @@ pub(crate) fn taken(
     let ignored =
         (0..table.header.len()).filter(is_other).map(|at| format!("column {:?}", name(at))).collect();
     let groups = groups(&all, columns.group.map(name), &file, options)?;
-    let official = columns.test.map(|at| (name(at), all.iter().filter_map(|own| own.mark).collect()));
-    let hashes = x.hashes();
-    let origins = all.into_iter().map(|own| own.name).collect();
-    Ok(Raw::new(set, file, x, origins)
-        .stored_as(table.dtype(), layout(&columns))
-        .called("the table", y_name)
-        .with_labels(labels.0, 1, labels.1)
-        .with_facts(facts)
-        .with_groups(groups)
-        .with_official(official)
-        .with_hashes(hashes)
-        .passing_over(texts.iter().map(|at| name(*at)).collect(), ignored)
-        .read_as(read_as)
-        .of_table(remembered(table, &columns, &channels)))
+    let official =
+        columns.test.map(|at| (name(at), all.iter().filter_map(|recording| recording.mark).collect()));
+    let origins = all.into_iter().map(|recording| recording.name).collect();
+    Ok(Raw {
+        dtype: table.dtype().into(),
+        format: layout(&columns),
+        x_name: "the table".into(),
+        y_name,
+        y,
+        names,
+        facts,
+        groups,
+        official,
+        row_hash: x.hashes(),
+        others: texts.iter().map(|at| name(*at)).collect(),
+        ignored,
+        read_as,
+        table: Some(remembered(table, &columns, &channels)),
+        ..Raw::new(set, file, x, origins)
+    })
 }
 
-/// Gives each recording the label that is told of it.
-fn tell_labels(table: &TableText, all: &mut [Recording], told: &HashMap<String, String>) -> Result<()> {
+/// Gives each recording its label.
+fn set_labels(table: &TableText, all: &mut [TableRecording], labels: &HashMap<String, String>) -> Result<()> {
     for recording in all {
-        let label = told.get(&recording.name).cloned();
+        let label = labels.get(&recording.name).cloned();
         let why = || table.refuse(format!("recording {:?} has no row in labels.csv", recording.name));
         recording.label = Some(label.ok_or_else(why)?);
     }
     Ok(())
 }
 
-/// Returns what the axes of a sample are; none where the form and the shape of the rows leave that open.
+/// Returns the axes of a sample; none where the form and the shape of the rows leave them open.
 fn layout(columns: &TableColumns) -> Option<Layout> {
     match (columns.form, columns.shape.len()) {
         (TableForm::Wide, 0 | 1) => Some(Layout::Features),
@@ -184,7 +189,7 @@ fn layout(columns: &TableColumns) -> Option<Layout> {
     }
 }
 
-/// What another table must hold to be read alike; a row there is what it is here by its columns.
+/// Returns the options by which another table is read alike.
 fn remembered(table: &TableText, columns: &TableColumns, channels: &[usize]) -> TableOptions {
     let name = |at: usize| table.header[at].clone();
     let is_long = columns.form == TableForm::Long;
@@ -211,21 +216,20 @@ fn refuse_shape(table: &TableText, columns: &TableColumns, channels: usize) -> R
         TableForm::Long => (2..=2, "two axes, rows and columns of taxels"),
     };
     if !axes.contains(&shape.len()) {
-        return Err(
-            table.refuse(format!("is {form}, whose rows have {wanted}, and table.shape is {shape:?}"))
-        );
+        let why = format!("is {form}, whose rows have {wanted}, and table.shape is {shape:?}");
+        return Err(table.refuse(why));
     }
     let takes = shape.iter().fold(1usize, |all, axis| all.saturating_mul(*axis));
-    match takes == channels {
-        true => Ok(()),
-        false => Err(table.refuse(format!(
+    if takes != channels {
+        return Err(table.refuse(format!(
             "has {channels} channels in a row, and table.shape {shape:?} takes {takes}; say which with table.columns, or \
              which are none with table.ignore"
-        ))),
+        )));
     }
+    Ok(())
 }
 
-/// How the table was taken, for the card.
+/// Says for the card how the table was read.
 fn described(table: &TableText, columns: &TableColumns, channels: usize) -> String {
     let name = |at: usize| &table.header[at];
     let axes = columns.shape.iter().map(usize::to_string).collect::<Vec<_>>().join(" × ");
@@ -250,14 +254,14 @@ fn wide(
     columns: &TableColumns,
     channels: &[usize],
     options: &ReadOptions,
-) -> Result<(Vec<Recording>, Option<Ragged>, Option<Timing>)> {
+) -> Result<(Vec<TableRecording>, Option<Ragged>, Option<Timing>)> {
     let mut collected =
         Collected::new(&table.file, options.limits).of_about(table.likely_rows(channels.len()));
     let mut all = vec![];
     let mut values = vec![0.0; channels.len()];
     let list = [channels.len()];
     let shape = if columns.shape.is_empty() { &list[..] } else { &columns.shape };
-    table.rows(|row: Row| {
+    table.rows(|row: TableRow| {
         let name = match columns.recording {
             Some(at) => row.named(at)?,
             None => format!("line {}", row.line),
@@ -265,24 +269,29 @@ fn wide(
         for (value, at) in values.iter_mut().zip(channels) {
             *value = row.number(*at)?;
         }
-        let own = Recording::of(&row, name, columns)?;
-        long::refuse_many(table, all.len(), options)?;
-        collected.push(&own.name, shape, &values, None, "")?;
-        all.push(own);
+        let recording = TableRecording::of(&row, name, columns)?;
+        options.limits.refuse_samples(&table.file, all.len() as u64 + 1)?;
+        collected.push(&recording.name, shape, &values, None, "")?;
+        all.push(recording);
         Ok(true)
     })?;
     Ok((all, collected.finish(), None))
 }
 
-/// Labels as positions among their names: those of the file beside, or those that occur.
-fn labels(all: &[Recording], y: &str, file: &str, names: Option<Names>) -> Result<(Vec<i64>, Option<Names>)> {
-    let texts: Vec<String> = all.iter().filter_map(|own| own.label.clone()).collect();
+/// Returns labels as positions among their names: those of the file beside, or those that occur.
+fn labels(
+    all: &[TableRecording],
+    y: &str,
+    file: &str,
+    names: Option<Names>,
+) -> Result<(Vec<i64>, Option<Names>)> {
+    let texts: Vec<String> = all.iter().filter_map(|recording| recording.label.clone()).collect();
     if texts.is_empty() {
         return Ok((vec![], names));
     }
     let numbers: Option<Vec<i64>> = texts.iter().map(|text| text.parse().ok()).collect();
     match (names, numbers) {
-        (Some(names), Some(numbers)) if names.columns.iter().any(|own| !own.contains(&texts[0])) => {
+        (Some(names), Some(numbers)) if names.columns.iter().any(|known| !known.contains(&texts[0])) => {
             Ok((numbers, Some(names)))
         }
         (Some(names), _) => {
@@ -291,19 +300,19 @@ fn labels(all: &[Recording], y: &str, file: &str, names: Option<Names>) -> Resul
         }
         (None, _) => {
             let (classes, values) = by_name(texts);
-            let names = Names { file: y.into(), columns: vec![classes], is_told: true };
+            let names = Names { file: y.into(), columns: vec![classes], is_given: true };
             Ok((values.into_iter().map(i64::from).collect(), Some(names)))
         }
     }
 }
 
-/// Groups: whole numbers as they are, texts as positions among those that occur.
+/// Returns groups: whole numbers as they are, texts as positions among those that occur.
 fn groups(
-    all: &[Recording],
+    all: &[TableRecording],
     name: Option<String>,
     file: &str,
     options: &ReadOptions,
-) -> Result<Option<(String, Vec<i64>)>> {
+) -> Result<Option<NamedColumn>> {
     let refuse = |why| Err(Error::Option { file: file.into(), option: "group_block", why });
     let Some(name) = name else {
         return match options.group_block {
@@ -311,7 +320,7 @@ fn groups(
             Some(_) => refuse("needs a column to divide into blocks; name it with group = \"trial\""),
         };
     };
-    let texts: Vec<String> = all.iter().filter_map(|own| own.group.clone()).collect();
+    let texts: Vec<String> = all.iter().filter_map(|recording| recording.group.clone()).collect();
     let numbers: Option<Vec<i64>> = texts.iter().map(|text| text.parse().ok()).collect();
     match (numbers, options.group_block) {
         (Some(numbers), _) => Ok(Some((name, numbers))),

@@ -1,9 +1,9 @@
-//! The cells of a table in CSV or Parquet, with the place of each for messages.
+//! Reads the cells of a table in CSV or Parquet, with the place of each for messages.
 
 use crate::formats::csv_file;
 #[cfg(feature = "parquet")]
 use crate::formats::parquet_file::ParquetFile;
-use crate::formats::text::read_text;
+use crate::formats::text::{csv_reader, read_text, without_mark};
 use crate::options::Limits;
 use crate::{Error, Result};
 use std::path::Path;
@@ -12,10 +12,10 @@ use std::path::Path;
 pub(crate) struct TableText {
     pub file: String,
     pub header: Vec<String>,
-    source: Source,
+    rows: RowSource,
 }
 
-enum Source {
+enum RowSource {
     Csv {
         text: String,
         separator: u8,
@@ -26,7 +26,7 @@ enum Source {
 }
 
 /// One row; `line` is its line in CSV, its number in Parquet.
-pub(crate) struct Row<'t> {
+pub(crate) struct TableRow<'t> {
     pub line: u64,
     record: &'t csv::StringRecord,
     table: &'t TableText,
@@ -49,41 +49,34 @@ impl TableText {
         Self::of_files(path.display().to_string(), &[path.to_path_buf()], limits)
     }
 
-    /// A table of which each file of Parquet holds some rows.
+    /// Opens a table of which each file of Parquet holds some rows.
     #[cfg(feature = "parquet")]
     pub fn of_files(file: String, paths: &[std::path::PathBuf], limits: &Limits) -> Result<Self> {
-        let mut table = Self { file, header: vec![], source: Source::Parquet(vec![]) };
-        let mut files: Vec<ParquetFile> = vec![];
+        let (mut files, mut header): (Vec<ParquetFile>, Vec<String>) = (vec![], vec![]);
         for path in paths {
-            let own = ParquetFile::open(path, limits)?;
-            match files.first() {
-                None => table.header = own.header(),
-                Some(_) if own.header() != table.header => {
-                    let why = format!("has other columns than {}", paths[0].display());
-                    return Err(Error::Table { file: path.display().to_string(), why });
-                }
-                Some(_) => {}
+            let opened = ParquetFile::open(path, limits)?;
+            if files.is_empty() {
+                header = opened.header();
+            } else if opened.header() != header {
+                return Err(Error::file(path, format!("has other columns than {}", paths[0].display())));
             }
-            files.push(own);
+            files.push(opened);
         }
-        table.source = Source::Parquet(files);
-        Ok(table)
+        Ok(Self { file, header, rows: RowSource::Parquet(files) })
     }
 
     /// Opens a table that is text.
     pub fn of_csv(path: &Path, limits: &Limits) -> Result<Self> {
         let file = path.display().to_string();
         let mut text = read_text(path, limits)?;
-        if text.starts_with('\u{feff}') {
-            text.drain(..'\u{feff}'.len_utf8());
-        }
+        text.drain(..text.len() - without_mark(&text).len());
         let first = text.lines().find(|line| !line.trim().is_empty()).unwrap_or_default();
         let count = |separator: &u8| first.bytes().filter(|byte| byte == separator).count();
-        // Of several equally frequent ones the last: the comma.
+        // The last of several that are equally frequent: the comma.
         let separator = [b'\t', b';', b','].into_iter().max_by_key(count).unwrap_or(b',');
         let mut header = csv::StringRecord::new();
-        let csv = |e: csv::Error| Error::Csv { file: file.clone(), why: e.to_string().to_lowercase() };
-        let is_there = reader(&text, separator).read_record(&mut header).map_err(csv)?;
+        let is_there =
+            csv_reader(&text, separator, false).read_record(&mut header).map_err(Error::csv(&file))?;
         let header: Vec<String> = header.iter().map(String::from).collect();
         if !is_there || header.iter().all(String::is_empty) {
             return Err(Error::EmptyFile { file });
@@ -91,53 +84,53 @@ impl TableText {
         if header.iter().all(|name| name.parse::<f64>().is_ok()) {
             let why = "its first line is all numbers; write the names of the columns there, or, where the file is \
                        one recording, put it in a folder of its class";
-            return Err(Error::Table { file, why: why.into() });
+            return Err(Error::file(file, why));
         }
-        Ok(Self { file, header, source: Source::Csv { text, separator } })
+        Ok(Self { file, header, rows: RowSource::Csv { text, separator } })
     }
 
-    /// What the values are stored in.
+    /// Names the format of the values.
     pub fn dtype(&self) -> &'static str {
-        match self.source {
-            Source::Csv { .. } => "csv",
+        match self.rows {
+            RowSource::Csv { .. } => "csv",
             #[cfg(feature = "parquet")]
-            Source::Parquet(_) => "parquet",
+            RowSource::Parquet(_) => "parquet",
         }
     }
 
-    /// How many rows of so many channels it has, as far as its bytes bear that out: for room, not for truth.
+    /// Estimates the number of rows, at most as many as its bytes can hold, to reserve memory.
     pub fn likely_rows(&self, channels: usize) -> usize {
-        let (rows, values) = match &self.source {
-            // A number and what parts it from the next.
-            Source::Csv { text, .. } => {
+        let (rows, values) = match &self.rows {
+            // A value takes two bytes at least: a digit and a separator.
+            RowSource::Csv { text, .. } => {
                 (text.bytes().filter(|byte| *byte == b'\n').count() + 1, text.len() / 2)
             }
             #[cfg(feature = "parquet")]
-            Source::Parquet(files) => files.iter().fold((0, 0), |(rows, values), own| {
-                (rows + own.rows, usize::saturating_add(values, own.bytes))
+            RowSource::Parquet(files) => files.iter().fold((0, 0), |(rows, values), file| {
+                (rows + file.rows, usize::saturating_add(values, file.bytes))
             }),
         };
         rows.min(values / channels.max(1))
     }
 
-    /// Hands every row to `take` until it answers false.
-    pub fn rows(&self, mut take: impl FnMut(Row) -> Result<bool>) -> Result<()> {
-        let (text, separator) = match &self.source {
-            Source::Csv { text, separator } => (text, *separator),
+    /// Hands every row to `take` until it returns false.
+    pub fn rows(&self, mut take: impl FnMut(TableRow) -> Result<bool>) -> Result<()> {
+        let (text, separator) = match &self.rows {
+            RowSource::Csv { text, separator } => (text, *separator),
             #[cfg(feature = "parquet")]
-            Source::Parquet(files) => {
-                for own in files {
-                    if !own.rows(|line, record| take(Row { line, record, table: self }))? {
+            RowSource::Parquet(files) => {
+                for file in files {
+                    if !file.rows(|line, record| take(TableRow { line, record, table: self }))? {
                         break;
                     }
                 }
                 return Ok(());
             }
         };
-        let mut reader = reader(text, separator);
+        let mut reader = csv_reader(text, separator, false);
         let mut record = csv::StringRecord::new();
         let mut is_header = true;
-        while reader.read_record(&mut record).map_err(|e| self.csv(e))? {
+        while reader.read_record(&mut record).map_err(Error::csv(&self.file))? {
             #[expect(clippy::expect_used, reason = "a reader notes where a record starts")]
             let start = record.position().expect("a record that was read");
             let line = csv_file::line_of(text, start);
@@ -148,14 +141,14 @@ impl TableText {
             if std::mem::take(&mut is_header) {
                 continue;
             }
-            if !take(Row { line, record: &record, table: self })? {
+            if !take(TableRow { line, record: &record, table: self })? {
                 break;
             }
         }
         Ok(())
     }
 
-    /// Of the columns `places` those in which a row holds a number, and the others.
+    /// Divides the columns `places` into those in which a row holds a number, and the others.
     pub fn numeric(&self, places: Vec<usize>) -> Result<(Vec<usize>, Vec<usize>)> {
         let mut is_numeric = vec![false; self.header.len()];
         self.rows(|row| {
@@ -170,29 +163,16 @@ impl TableText {
     }
 
     pub fn refuse(&self, why: String) -> Error {
-        Error::Table { file: self.file.clone(), why }
-    }
-
-    fn csv(&self, error: csv::Error) -> Error {
-        Error::Csv { file: self.file.clone(), why: error.to_string().to_lowercase() }
+        Error::file(&self.file, why)
     }
 }
 
-fn reader(text: &str, separator: u8) -> csv::Reader<&[u8]> {
-    csv::ReaderBuilder::new()
-        .has_headers(false)
-        .flexible(true)
-        .trim(csv::Trim::All)
-        .delimiter(separator)
-        .from_reader(text.as_bytes())
-}
-
-impl Row<'_> {
+impl TableRow<'_> {
     pub fn text(&self, at: usize) -> &str {
         self.record.get(at).unwrap_or_default()
     }
 
-    /// A text that must be there.
+    /// Reads a text that must be there.
     pub fn named(&self, at: usize) -> Result<String> {
         match self.text(at) {
             "" => Err(self.refuse(at, "is empty")),
@@ -204,14 +184,14 @@ impl Row<'_> {
         self.text(at).parse().map_err(|_| self.no_number(at))
     }
 
-    /// A time stamp, which is finite.
+    /// Reads a time stamp, which is finite.
     pub fn stamp(&self, at: usize) -> Result<f64> {
         let stamp = self.text(at).parse::<f64>().ok().filter(|stamp| stamp.is_finite());
         stamp
             .ok_or_else(|| self.refuse(at, "is no time stamp; write seconds as a number, or say table.clock"))
     }
 
-    /// A mark of a sample to test on: a whole number, or `train` and `test`.
+    /// Reads a mark of a sample to test on: a whole number, or `train` and `test`.
     pub fn mark(&self, at: usize) -> Result<i64> {
         let text = self.text(at);
         match (text.parse::<i64>(), text.to_lowercase().as_str()) {
@@ -233,12 +213,8 @@ impl Row<'_> {
     }
 
     fn refuse(&self, at: usize, why: &'static str) -> Error {
-        Error::TableCell {
-            file: self.table.file.clone(),
-            line: self.line,
-            column: self.table.header[at].clone(),
-            text: self.text(at).chars().take(40).collect(),
-            why,
-        }
+        let (line, column) = (self.line, &self.table.header[at]);
+        let text: String = self.text(at).chars().take(40).collect();
+        self.table.refuse(format!("line {line}, column {column}: {text:?} {why}"))
     }
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde_json::{Value, json};
 use taxel::base::thousands;
-use taxel::learn::guard::{Found, Guard};
+use taxel::learn::guard::{ReplacedElement, Guard};
 
 /// Channels that a summary names.
 const NAMED: usize = 5;
@@ -12,11 +12,11 @@ const NAMED: usize = 5;
 /// The broken channels and taxels of each sample.
 pub struct Replaced {
     guard: Guard,
-    found: Vec<Vec<Found>>,
+    found: Vec<Vec<ReplacedElement>>,
 }
 
 impl Replaced {
-    pub fn new(guard: Guard, found: Vec<Vec<Found>>) -> Self {
+    pub fn new(guard: Guard, found: Vec<Vec<ReplacedElement>>) -> Self {
         Replaced { guard, found }
     }
 
@@ -27,13 +27,13 @@ impl Replaced {
 
     /// Returns those of a sample by number and name, and the sign by which each was found.
     pub fn json(&self, sample: usize) -> Value {
-        let one = |found: &Found| json!({"element": found.element, "name": self.guard.name(found.element), "how": found.kind});
+        let one = |found: &ReplacedElement| json!({"element": found.element, "name": self.guard.name(found.element), "how": found.kind});
         self.found[sample].iter().map(one).collect()
     }
 
     /// Returns the same in words: `channel 3 (at full scale)`.
     pub fn words(&self, sample: usize) -> String {
-        let one = |found: &Found| format!("{} ({})", self.guard.name(found.element), found.kind.words());
+        let one = |found: &ReplacedElement| format!("{} ({})", self.guard.name(found.element), found.kind.words());
         self.found[sample].iter().map(one).collect::<Vec<_>>().join(", ")
     }
 
