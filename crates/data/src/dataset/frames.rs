@@ -8,7 +8,7 @@ use crate::{Error, Result};
 
 impl Dataset {
     /// Takes samples `[N, frames, rows, columns]` apart into `[N * frames, rows, columns]`, frame after frame of recording
-    /// after recording, for methods for single images (paper 003, section 4.2).
+    /// after recording, for methods for single images (Pastor et al. 2019, section 4.2).
     ///
     /// The frames of a recording are one [unit](Dataset::units), and where there are no groups one group: splits keep them
     /// together, and a bootstrap draws them together.

@@ -4,7 +4,7 @@ use ndarray::ArrayD;
 use taxel_base::Layout;
 use taxel_encodings::numatac::Offset;
 use taxel_encodings::{
-    Colormap, Converter, ElectrodeImage, Filter, Frame, Gaf, HardnessImage, NumaTac, QuantileCode, Range,
+    Colormap, Converter, ElectrodeImage, Filter, Gaf, HardnessImage, NumaTac, OneFrame, QuantileCode, Range,
     Reduction, Resize, Scaling, TactileTensor,
 };
 use taxel_learn::Transform;
@@ -35,7 +35,7 @@ fn rocket() -> Transform {
     Transform::Rocket(Box::new(Rocket::new(170).fit(x.view(), "samples").unwrap()))
 }
 
-fn picture(frame: Option<Frame>, red: bool, resize: Option<[usize; 2]>, channels: usize) -> Transform {
+fn picture(frame: Option<OneFrame>, red: bool, resize: Option<[usize; 2]>, channels: usize) -> Transform {
     let resize = resize.map(|[height, width]| Resize { height, width, filter: Filter::Bilinear });
     Transform::Picture { frame, red, resize, scaling: z_score(channels) }
 }
@@ -83,8 +83,8 @@ pub fn transforms() -> Vec<(Transform, Vec<usize>)> {
         (field(Range::Fixed { low: 30.0, high: 55.0 }, Colormap::Grey), vec![40]),
         (after(3, field(Range::PerSample, Colormap::Viridis)), vec![2, 20]),
         (picture(None, true, Some([9, 5]), 3), vec![6, 7]),
-        (picture(Some(Frame::Peak), false, None, 1), vec![8, 6, 7]),
-        (picture(Some(Frame::At(2)), true, Some([4, 12]), 3), vec![8, 6, 7]),
+        (picture(Some(OneFrame::Peak), false, None, 1), vec![8, 6, 7]),
+        (picture(Some(OneFrame::At(2)), true, Some([4, 12]), 3), vec![8, 6, 7]),
         (frames(None, z_score(1)), vec![8, 6, 7]),
         (frames(Some(5), Scaling::Raw), vec![8, 6, 7]),
         (

@@ -196,7 +196,12 @@ const fn bag(name: &'static str, count: usize, items: &'static [Item]) -> Squeez
 
 /// The 24 objects of Pastor et al. 2019, in its order: 8 rigid, 8 deformable, 8 in bags.
 pub(super) const PAPER_003: [SqueezedObject; 24] = [
-    SqueezedObject { name: "bottle of coke", shape: ribbed(33.0, 200.0, 46.0, 2.2), thickness: 66.0, ..THING },
+    SqueezedObject {
+        name: "bottle of coke",
+        shape: ribbed(33.0, 200.0, 46.0, 2.2),
+        thickness: 66.0,
+        ..THING
+    },
     SqueezedObject { name: "energy drink can", shape: cylinder(26.5, 135.0), thickness: 53.0, ..THING },
     SqueezedObject {
         name: "mouse 1",

@@ -9,7 +9,7 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 use taxel_encodings::{
-    Colormap, Constant, ElectrodeImage, Frame, Gaf, HardnessImage, Method, NumaTac, Range, Resize,
+    Colormap, Constant, ElectrodeImage, OneFrame, Gaf, HardnessImage, Method, NumaTac, Range, Resize,
     TactileTensor, all_frames, red_channel,
 };
 use taxel_zoo::Settings;
@@ -138,7 +138,7 @@ impl Encode {
             }
             Encoding::Frame => {
                 let frame = match read::<FrameSettings>(settings)?.frame {
-                    None => Frame::Peak,
+                    None => OneFrame::Peak,
                     Some(Value::Number(index)) => read_value(serde_json::json!({ "at": index }), "frame")?,
                     Some(other) => read_value(other, "frame")?,
                 };
