@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use taxel_learn::guard::{ReplacedElement, Guard};
+use taxel_learn::guard::{Guard, ReplacedElement};
 use taxel_learn::{FoldKey, Model, fitted_guard};
 
 use crate::case::Case;

@@ -6,7 +6,7 @@ use ndarray::{ArrayD, Axis};
 use rayon::prelude::*;
 use taxel_data::Targets;
 use taxel_faults::{Fault, Sensor};
-use taxel_learn::guard::{ReplacedElement, Guard};
+use taxel_learn::guard::{Guard, ReplacedElement};
 use taxel_learn::metrics::Outcome;
 use taxel_learn::{FoldKey, FoldRecord, Predictor, mended};
 

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use taxel_base::Layout;
 use taxel_data::SampleSpec;
-use taxel_encodings::{Colormap, Constant, OneFrame, Gaf, HardnessImage, Method, Order, Reduction};
+use taxel_encodings::{Colormap, Constant, Gaf, HardnessImage, Method, OneFrame, Order, Reduction};
 
 use super::names::{IMAGE, ROCKET, TENSOR};
 use super::range::Range;

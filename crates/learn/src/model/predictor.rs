@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use ndarray::{ArrayD, ArrayRef, Axis, CowArray, IxDyn, Slice};
 use taxel_graph::Weights;
-use taxel_guard::{ReplacedElement, Guard, Watch};
+use taxel_guard::{Guard, ReplacedElement, Watch};
 
 use super::card::{Card, ModelInput};
 use super::predictions::Predictions;

@@ -9,7 +9,7 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 use taxel_encodings::{
-    Colormap, Constant, ElectrodeImage, OneFrame, Gaf, HardnessImage, Method, NumaTac, Range, Resize,
+    Colormap, Constant, ElectrodeImage, Gaf, HardnessImage, Method, NumaTac, OneFrame, Range, Resize,
     TactileTensor, all_frames, red_channel,
 };
 use taxel_zoo::Settings;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde_json::{Value, json};
 use taxel::base::thousands;
-use taxel::learn::guard::{ReplacedElement, Guard};
+use taxel::learn::guard::{Guard, ReplacedElement};
 
 /// Channels that a summary names.
 const NAMED: usize = 5;
@@ -33,7 +33,8 @@ impl Replaced {
 
     /// Returns the same in words: `channel 3 (at full scale)`.
     pub fn words(&self, sample: usize) -> String {
-        let one = |found: &ReplacedElement| format!("{} ({})", self.guard.name(found.element), found.kind.words());
+        let one =
+            |found: &ReplacedElement| format!("{} ({})", self.guard.name(found.element), found.kind.words());
         self.found[sample].iter().map(one).collect::<Vec<_>>().join(", ")
     }
 
