@@ -6,12 +6,12 @@
 //!
 //! ```
 //! use taxel_reference_networks::MlpConfig;
-//! use taxel_engine::{Engine, Mode, Options, Sgdm};
+//! use taxel_engine::{Engine, EngineOptions, Mode, Sgdm};
 //! use taxel_graph::{Architecture, Scheme, Weights};
 //!
 //! let graph = MlpConfig { classes: 2, in_features: 4, hidden: 8 }.graph()?;
 //! let weights = Weights::init(&graph, Scheme::Pytorch, 0, "doc");
-//! let mut engine = Engine::new(&graph, &weights, Options { batch: 2, threads: 1, ..Options::default() })?;
+//! let mut engine = Engine::new(&graph, &weights, EngineOptions { batch: 2, threads: 1, ..EngineOptions::default() })?;
 //! let x = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
 //! let step = Sgdm { lr: 0.1, momentum: 0.9, weight_decay: 0.0 };
 //! let mut losses = vec![];
@@ -29,12 +29,12 @@
 //!
 //! ```
 //! use taxel_reference_networks::MlpConfig;
-//! use taxel_engine::{Evaluator, Options};
+//! use taxel_engine::{EngineOptions, Evaluator};
 //! use taxel_graph::{Architecture, Scheme, Weights};
 //!
 //! let graph = MlpConfig { classes: 2, in_features: 4, hidden: 8 }.graph()?;
 //! let weights = Weights::init(&graph, Scheme::Pytorch, 0, "doc");
-//! let evaluator = Evaluator::new(&graph, &weights, Options { batch: 2, ..Options::default() })?;
+//! let evaluator = Evaluator::new(&graph, &weights, EngineOptions { batch: 2, ..EngineOptions::default() })?;
 //! let x = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
 //! let caller = || -> taxel_engine::Result<Vec<f32>> {
 //!     let mut workspace = evaluator.workspace();
