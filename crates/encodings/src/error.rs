@@ -2,7 +2,7 @@
 //!
 //! # Reference
 //!
-//! None: every message names the thing, its value and the way out.
+//! None: every message names the thing, its value and how to fix it.
 
 /// A reading, a setting or a shape that cannot be encoded.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

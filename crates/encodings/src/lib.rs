@@ -6,7 +6,7 @@
 //!
 //! # Reference
 //!
-//! Kaewrakmuk and Srinonchat 2026, section 4.2; papers 001 to 004: see each encoding.
+//! Kaewrakmuk and Srinonchat 2026, section 4.2; for the other papers see each encoding.
 //!
 //! ```
 //! use ndarray::Array3;

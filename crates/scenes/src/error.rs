@@ -2,7 +2,7 @@
 //!
 //! # Reference
 //!
-//! None: every message names the thing, its value and the way out.
+//! None: every message names the thing, its value and how to fix it.
 
 use taxel_base::FileError;
 
