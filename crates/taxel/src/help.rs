@@ -92,7 +92,7 @@ mod tests {
     #[test]
     fn a_flag_has_one_meaning() {
         // A first look in every command, each with its own way to be short; a fault and its severity, tested or simulated.
-        let one_idea = ["fault", "input", "output", "quick", "seed", "set", "severity", "margin", "weights"];
+        let one_idea = ["fault", "input", "output", "quick", "set", "severity", "margin", "weights"];
         let mut meanings: BTreeMap<String, Vec<(String, String)>> = BTreeMap::new();
         for (name, command) in all() {
             for argument in command.get_arguments().filter(|argument| !argument.is_hide_set()) {

@@ -68,8 +68,8 @@ pub struct RunExperiments {
     save_every: Option<f64>,
     #[command(flatten)]
     format: OutputFormat,
-    /// A seed in place of the config's.
-    #[arg(long)]
+    /// Seed of every random choice [default: the config's].
+    #[arg(long, value_name = "N")]
     seed: Option<u64>,
     #[command(flatten)]
     threads: Threads,
