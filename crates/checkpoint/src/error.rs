@@ -33,7 +33,7 @@ pub enum Cause {
     #[error("unknown kind of weights; expected .safetensors, .pth or .pt")]
     Kind,
     /// Damaged, or of another format.
-    #[error("not a whole safetensors file: {0}")]
+    #[error("not a whole safetensors file: {0}; copy it again")]
     NotSafetensors(String),
     /// Integers, booleans and the like.
     #[error("tensor `{tensor}` is {dtype}; expected F32, F64, F16 or BF16")]

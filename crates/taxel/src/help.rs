@@ -37,7 +37,7 @@ fn group(command: &Command, title: &str, names: &[&str]) -> Option<String> {
         Some(format!("  {name:NAMES$} {about}"))
     };
     let lines: Vec<String> = names.iter().filter_map(line).collect();
-    (!lines.is_empty()).then(|| format!("{title}:\n{}", lines.join("\n")))
+    (!lines.is_empty()).then(|| format!("{title}\n{}", lines.join("\n")))
 }
 
 #[cfg(all(test, feature = "lab"))]
