@@ -114,9 +114,9 @@ fn arrows_never_point_back() {
     let crates: Vec<&str> = found.keys().map(String::as_str).collect();
     assert_eq!(crates, allowed.keys().copied().collect::<Vec<_>>(), "every crate stands in the table");
     for (name, uses) in &found {
-        let own =
+        let taxels =
             uses.iter().filter_map(|u| if u == "taxel" { Some("taxel") } else { u.strip_prefix("taxel-") });
-        for used in own {
+        for used in taxels {
             assert!(allowed[name.as_str()].contains(&used), "crate {name} must not depend on {used}");
         }
     }
@@ -256,8 +256,8 @@ fn few_functions_are_long() {
     for (name, _) in dependencies() {
         for path in sources(&folder(&name).join("src")) {
             let text = std::fs::read_to_string(&path).unwrap();
-            let own = functions(&text).into_iter().filter(|(_, lines)| *lines > LONG);
-            long.extend(own.map(|(name, lines)| format!("{}: {name}, {lines} lines", path.display())));
+            let found = functions(&text).into_iter().filter(|(_, lines)| *lines > LONG);
+            long.extend(found.map(|(name, lines)| format!("{}: {name}, {lines} lines", path.display())));
         }
     }
     assert!(long.len() <= LONG_FUNCTIONS, "{} functions over {LONG} lines:\n{}", long.len(), long.join("\n"));

@@ -35,15 +35,15 @@ fn results(paper: &str, set: &[&str]) -> Vec<(NetworkResults, FoldRecord)> {
         let key = FoldKey { network: network.network.clone(), repetition: 0, fold: 0 };
         folder.record(&key).unwrap().unwrap()
     };
-    folder.results().unwrap().networks.into_iter().map(|own| (own.clone(), first(&own))).collect()
+    folder.results().unwrap().networks.into_iter().map(|network| (network.clone(), first(&network))).collect()
 }
 
 /// Equal, numbers within [`DIGITS`].
 fn same(what: &str, found: impl Into<Value>, want: &Value) {
     let found = found.into();
     match (found.as_f64(), want.as_f64()) {
-        (Some(own), Some(other)) => {
-            assert!((own - other).abs() <= DIGITS * other.abs(), "{what} is {own}, was {other}");
+        (Some(now), Some(before)) => {
+            assert!((now - before).abs() <= DIGITS * before.abs(), "{what} is {now}, was {before}");
         }
         _ => assert_eq!(found, *want, "{what}"),
     }
@@ -56,32 +56,32 @@ fn pinned(paper: &str, more: &[&str]) -> Vec<(NetworkResults, FoldRecord)> {
 
     let drawn = results(paper, &[&FIXED, more].concat());
     assert_eq!(drawn.len(), fixed.as_array().unwrap().len());
-    for ((own, fold), want) in drawn.iter().zip(fixed.as_array().unwrap()) {
-        let name = |what: &str| format!("{paper}: {what} of {} as it was drawn", own.network);
-        same("name", own.network.as_str(), &want["network"]);
-        same(&name("parameters"), own.costs.parameters, &want["parameters"]);
-        same(&name("MACs"), own.costs.macs, &want["macs"]);
+    for ((network, fold), want) in drawn.iter().zip(fixed.as_array().unwrap()) {
+        let name = |what: &str| format!("{paper}: {what} of {} as it was drawn", network.network);
+        same("name", network.network.as_str(), &want["network"]);
+        same(&name("parameters"), network.costs.parameters, &want["parameters"]);
+        same(&name("MACs"), network.costs.macs, &want["macs"]);
         same(&name("training loss"), fold.epochs.first().map(|epoch| epoch.train_loss), &want["train_loss"]);
         same(&name("test loss"), fold.test_loss, &want["test_loss"]);
-        same(&name("accuracy"), own.score("accuracy").unwrap(), &want["accuracy"]);
-        same(&name("confusion"), serde_json::to_value(&own.confusion).unwrap(), &want["confusion"]);
+        same(&name("accuracy"), network.score("accuracy").unwrap(), &want["accuracy"]);
+        same(&name("confusion"), serde_json::to_value(&network.confusion).unwrap(), &want["confusion"]);
     }
 
     let found = results(paper, &[]);
     assert_eq!(found.len(), trained.as_array().unwrap().len());
-    for ((own, _), want) in found.iter().zip(trained.as_array().unwrap()) {
-        same("name", own.network.as_str(), &want["network"]);
+    for ((network, _), want) in found.iter().zip(trained.as_array().unwrap()) {
+        same("name", network.network.as_str(), &want["network"]);
         let seeds: Vec<f64> =
             want["accuracy"].as_array().unwrap().iter().map(|a| a.as_f64().unwrap()).collect();
         let n = seeds.len() as f64;
         let mean = seeds.iter().sum::<f64>() / n;
         let sd = (seeds.iter().map(|a| (a - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt();
-        let accuracy = own.score("accuracy").unwrap();
-        println!("{paper}: {} {accuracy:.2} %, {n} seeds {mean:.2} ± {sd:.2}", own.network);
+        let accuracy = network.score("accuracy").unwrap();
+        println!("{paper}: {} {accuracy:.2} %, {n} seeds {mean:.2} ± {sd:.2}", network.network);
         assert!(
             (accuracy - mean).abs() <= 3.0 * sd + 1e-9,
             "{}: {accuracy} %, was {mean} ± {sd}",
-            own.network
+            network.network
         );
     }
     found

@@ -101,10 +101,10 @@ fn finished(sweep: &Path) -> usize {
 
 /// Whether `process` has claimed a trial and works on it.
 fn works(process: &Child, sweep: &Path) -> bool {
-    let own = format!("\"pid\":{},", process.id());
+    let holder = format!("\"pid\":{},", process.id());
     let claims = std::fs::read_dir(sweep.join("claims")).into_iter().flatten();
     claims.map(|claim| claim.unwrap().path()).any(|claim| {
-        let its = std::fs::read_to_string(&claim).is_ok_and(|text| text.contains(&own));
+        let its = std::fs::read_to_string(&claim).is_ok_and(|text| text.contains(&holder));
         its && sweep.join("work").join(claim.file_name().unwrap()).exists()
     })
 }

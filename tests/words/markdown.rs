@@ -98,7 +98,7 @@ fn split_code(text: &str) -> (Vec<String>, String) {
     (code, rest + left)
 }
 
-/// What stands between backticks.
+/// Returns the texts between backticks.
 pub fn code_spans(text: &str) -> Vec<String> {
     split_code(text).0
 }
