@@ -327,7 +327,7 @@ impl Answering {
         {
             self.rate_compared = true;
             if (found / rate - 1.0).abs() > OFF {
-                warn(format!("readings come at {found:.1} Hz, the model was trained at {rate} Hz"));
+                warn(format!("readings come at {found:.1} Hz, the model has learned them at {rate} Hz"));
             }
         }
         anew
