@@ -31,9 +31,10 @@ pub fn map(view: &AffineView, from: &ImagePlace, x: &[f32], to: &ImagePlace, y: 
     let channels = from.channels;
     columns(from, to, |[a, b], pitches, count| {
         let len = count * channels;
-        match pitches == [channels; 2] {
-            true => view.apply(channels, &x[a..a + len], &mut y[b..b + len]),
-            false => apart(view, channels, count, &x[a..], pitches[0], &mut y[b..], pitches[1]),
+        if pitches == [channels; 2] {
+            view.apply(channels, &x[a..a + len], &mut y[b..b + len]);
+        } else {
+            apart(view, channels, count, &x[a..], pitches[0], &mut y[b..], pitches[1]);
         }
     });
 }
