@@ -100,13 +100,14 @@ fn load_set(path: &Path) -> bool {
 /// follows from the size of the file, so that a file is read once and a fuzzer still meets each kind.
 fn unlabelled(path: &Path, bytes: &[u8]) -> bool {
     let (rank, windows) = (1 + bytes.len() % 3, bytes.len() % 2 == 1);
-    let options = match windows {
-        false => ReadOptions::default(),
-        true => ReadOptions {
+    let options = if windows {
+        ReadOptions {
             layout: Some(Layout::Series),
             length: Some(Length::Window { to: 2, hop: None }),
             ..ReadOptions::default()
-        },
+        }
+    } else {
+        ReadOptions::default()
     };
     read_or_named(path, recordings(path, &options, rank))
 }
