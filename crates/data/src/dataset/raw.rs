@@ -11,7 +11,10 @@ use taxel_base::Layout;
 pub(crate) type NamedColumn = (String, Vec<i64>);
 
 /// A data set as stored: structurally sound, content unchecked.
-#[derive(Debug, Default)]
+///
+/// A reader writes the fields that it knows over `..Raw::default()`. This is all the builder that it needs: setters would
+/// name every field again, and move all recordings once more.
+#[derive(Debug)]
 pub(crate) struct Raw {
     /// The last part of the path, without extension.
     pub name: String,
@@ -54,13 +57,37 @@ pub(crate) struct Raw {
     pub is_folder: bool,
 }
 
-impl Raw {
-    /// Takes samples of which nothing else is known: without labels, called `x`, of the type of no file.
-    pub fn new(name: String, file: String, x: Ragged, origins: Vec<String>) -> Self {
-        let (x_name, y_name) = ("x".into(), "y".into());
-        Self { name, file, x, x_name, y_name, columns: 1, origins, ..Self::default() }
+impl Default for Raw {
+    /// Returns no samples, without labels, from arrays called `x` and `y`.
+    fn default() -> Self {
+        Self {
+            name: String::new(),
+            file: String::new(),
+            dtype: String::new(),
+            format: None,
+            x: Ragged::default(),
+            x_name: "x".into(),
+            y_name: "y".into(),
+            y: vec![],
+            columns: 1,
+            names: None,
+            values: None,
+            facts: SampleFacts::default(),
+            groups: None,
+            official: None,
+            origins: vec![],
+            row_hash: vec![],
+            others: vec![],
+            ignored: vec![],
+            read_as: vec![],
+            table: None,
+            topics: vec![],
+            is_folder: false,
+        }
     }
+}
 
+impl Raw {
     /// Names a sample in messages: its file, or its place in a file.
     pub fn sample_name(&self, row: usize) -> String {
         format!("{}{}{}", self.file, if self.is_folder { "/" } else { ": " }, self.origins[row])

@@ -160,6 +160,8 @@ fn read(path: &Path, pair: &Pair, options: &ReadOptions) -> Result<Raw> {
     }
     let names = Names { file: file.clone(), columns: vec![classes], is_given: true };
     Ok(Raw {
+        name: pair.name.clone(),
+        file,
         dtype: "text".into(),
         format: Some(Layout::Series),
         x_name: "the series".into(),
@@ -169,7 +171,9 @@ fn read(path: &Path, pair: &Pair, options: &ReadOptions) -> Result<Raw> {
         facts,
         official: Some(("the _TEST file".into(), test)),
         row_hash: x.hashes(),
-        ..Raw::new(pair.name.clone(), file, x, origins)
+        x,
+        origins,
+        ..Raw::default()
     })
 }
 

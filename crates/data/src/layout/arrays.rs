@@ -160,6 +160,8 @@ fn read(path: &Path, mut archive: Archive, options: &ReadOptions, needs_labels: 
     let others = archive.arrays.iter().filter(|name| !used.contains(name)).cloned().collect();
     let y_name = roles.y.map_or_else(|| options.y().to_string(), |arrays| arrays.join(" with "));
     Ok(Raw {
+        name: name_of(path),
+        file,
         dtype,
         x_name,
         y_name,
@@ -171,8 +173,10 @@ fn read(path: &Path, mut archive: Archive, options: &ReadOptions, needs_labels: 
         groups,
         official,
         row_hash: x.hashes(),
+        x,
+        origins,
         others,
-        ..Raw::new(name_of(path), file, x, origins)
+        ..Raw::default()
     })
 }
 

@@ -63,6 +63,10 @@ pub(crate) fn read(place: &Place, root: &Path, found: FoundFiles, options: &Read
     facts.stamped = recorded.rate;
     let names = Names { file: file.clone(), columns: vec![found.classes], is_given: true };
     Ok(Raw {
+        name: name_of(root),
+        file,
+        x: recorded.x,
+        origins: recorded.origins,
         dtype: recorded.dtype,
         format: recorded.layout,
         x_name: "the files".into(),
@@ -76,7 +80,7 @@ pub(crate) fn read(place: &Place, root: &Path, found: FoundFiles, options: &Read
         read_as: [found.read_as, recorded.read_as].concat(),
         topics: recorded.topics,
         is_folder: true,
-        ..Raw::new(name_of(root), file, recorded.x, recorded.origins)
+        ..Raw::default()
     })
 }
 

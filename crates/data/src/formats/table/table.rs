@@ -149,6 +149,8 @@ pub(crate) fn read(
         columns.test.map(|at| (name(at), all.iter().filter_map(|recording| recording.mark).collect()));
     let origins = all.into_iter().map(|recording| recording.name).collect();
     Ok(Raw {
+        name: set,
+        file,
         dtype: table.dtype().into(),
         format: layout(&columns),
         x_name: "the table".into(),
@@ -159,11 +161,13 @@ pub(crate) fn read(
         groups,
         official,
         row_hash: x.hashes(),
+        x,
+        origins,
         others: texts.iter().map(|at| name(*at)).collect(),
         ignored,
         read_as,
         table: Some(remembered(table, &columns, &channels)),
-        ..Raw::new(set, file, x, origins)
+        ..Raw::default()
     })
 }
 
