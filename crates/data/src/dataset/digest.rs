@@ -3,19 +3,15 @@
 use crate::dataset::labels::Labels;
 use crate::dataset::targets::Targets;
 use ndarray::ArrayD;
+use std::borrow::Borrow;
 
 /// First 16 bytes of the BLAKE3 hash of one recorded sample.
 pub type RowHash = [u8; 16];
 
-/// Hashes one sample; -0 and 0 count as equal.
-pub(crate) fn hash_row(row: &[f32]) -> RowHash {
-    hash_values(row.iter().copied())
-}
-
-/// Hashes one sample whose values need not lie in memory.
-pub(crate) fn hash_values(values: impl Iterator<Item = f32>) -> RowHash {
+/// Hashes one sample, whose values need not lie in memory; -0 and 0 count as equal.
+pub(crate) fn hash_row(row: impl IntoIterator<Item = impl Borrow<f32>>) -> RowHash {
     let mut hasher = blake3::Hasher::new();
-    hash_words(&mut hasher, values.map(|v| (v + 0.0).to_le_bytes()));
+    hash_words(&mut hasher, row.into_iter().map(|value| (*value.borrow() + 0.0).to_le_bytes()));
     let mut hash = [0; 16];
     hash.copy_from_slice(&hasher.finalize().as_bytes()[..16]);
     hash

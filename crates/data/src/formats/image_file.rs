@@ -1,6 +1,6 @@
 //! Reads one PNG or JPEG recording.
 
-use crate::dataset::digest::{RowHash, hash_row, hash_values};
+use crate::dataset::digest::{RowHash, hash_row};
 use crate::formats::names::IMAGE;
 use crate::options::{Limits, ReadOptions};
 use crate::reader::{FileFormat, Format, Sample};
@@ -152,7 +152,7 @@ fn planes<P: Pixel<Subpixel = f32> + 'static, T: Copy + Into<f32>>(
         let hash = hash_row(&values);
         return (values, hash);
     };
-    let hash = hash_values(by_plane(stored, colours).map(Into::into));
+    let hash = hash_row(by_plane(stored, colours).map(Into::<f32>::into));
     let from = [shape[shape.len() - 2], shape[shape.len() - 1]];
     let image = ScaledImage::<P, T> { stored, size: from, white, pixel: PhantomData };
     let small =
