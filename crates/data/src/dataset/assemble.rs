@@ -75,7 +75,7 @@ pub(crate) fn assemble(mut raw: Raw, options: &ReadOptions) -> Result<Checked> {
     let mut dataset = Dataset {
         spec,
         source: source(&raw),
-        digest: digest(&x, &targets, groups.as_deref()),
+        digest: digest(&x, Some(&targets), groups.as_deref()),
         targets,
         official: official.map(|test| rows.of(|row| test[row])),
         groups,

@@ -182,7 +182,7 @@ impl Dataset {
 
     /// Brings the digest up to date with samples, labels and groups.
     pub(crate) fn update_digest(&mut self) {
-        self.digest = digest(&self.x, &self.targets, self.groups.as_deref());
+        self.digest = digest(&self.x, Some(&self.targets), self.groups.as_deref());
     }
 }
 

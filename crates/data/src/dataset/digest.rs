@@ -1,6 +1,5 @@
 //! Fingerprints of samples and of data sets.
 
-use crate::dataset::labels::Labels;
 use crate::dataset::targets::Targets;
 use ndarray::ArrayD;
 use std::borrow::Borrow;
@@ -26,41 +25,32 @@ pub(crate) fn hash_rows(x: &ArrayD<f32>) -> Vec<RowHash> {
 
 /// Returns the BLAKE3 of samples that no data set holds.
 pub fn digest_of(x: &ArrayD<f32>) -> String {
-    content(x, &[], &[], None)
+    digest(x, None, None)
 }
 
-/// Returns the BLAKE3 of samples, targets and groups.
-pub(crate) fn digest(x: &ArrayD<f32>, targets: &Targets, groups: Option<&[u32]>) -> String {
-    let words = |columns: &Labels| columns.values().iter().map(|v| v.to_le_bytes()).collect::<Vec<_>>();
-    let columns = match targets {
-        Targets::Values(values) => {
-            let words = values.values().iter().map(|v| v.to_le_bytes()).collect();
-            return content(x, &[], groups.unwrap_or(&[]), Some((values.quantities().len(), words)));
-        }
-        Targets::Classes { .. } | Targets::Levels(_) => targets.columns(),
-    };
-    let columns = columns.map(|columns| (columns.attributes().len(), words(columns)));
-    content(x, &targets.strata(), groups.unwrap_or(&[]), columns)
-}
-
-/// Returns the BLAKE3 of the content, each part after its length; `columns` are all targets where a sample has several.
-fn content(x: &ArrayD<f32>, y: &[u32], groups: &[u32], columns: Option<(usize, Vec<[u8; 4]>)>) -> String {
+/// Returns the BLAKE3 of samples, targets and groups, each part after its length. Classes come before the groups, values
+/// and what else a sample has of targets after them.
+pub(crate) fn digest(x: &ArrayD<f32>, targets: Option<&Targets>, groups: Option<&[u32]>) -> String {
     let mut hasher = blake3::Hasher::new();
     let len = |hasher: &mut blake3::Hasher, n: usize| {
         hasher.update(&(n as u64).to_le_bytes());
     };
+    let numbers = |hasher: &mut blake3::Hasher, numbers: &[u32]| {
+        len(hasher, numbers.len());
+        hash_words(hasher, numbers.iter().map(|v| v.to_le_bytes()));
+    };
     len(&mut hasher, x.ndim());
-    for axis in x.shape() {
-        len(&mut hasher, *axis);
-    }
+    x.shape().iter().for_each(|axis| len(&mut hasher, *axis));
     hash_words(&mut hasher, x.iter().map(|v| v.to_le_bytes()));
-    len(&mut hasher, y.len());
-    hash_words(&mut hasher, y.iter().map(|v| v.to_le_bytes()));
-    len(&mut hasher, groups.len());
-    hash_words(&mut hasher, groups.iter().map(|v| v.to_le_bytes()));
-    if let Some((count, words)) = columns {
-        len(&mut hasher, count);
-        hash_words(&mut hasher, words.into_iter());
+    let classes = targets.filter(|targets| !matches!(targets, Targets::Values(_))).map(Targets::strata);
+    numbers(&mut hasher, &classes.unwrap_or_default());
+    numbers(&mut hasher, groups.unwrap_or_default());
+    if let Some(Targets::Values(values)) = targets {
+        len(&mut hasher, values.quantities().len());
+        hash_words(&mut hasher, values.values().iter().map(|v| v.to_le_bytes()));
+    } else if let Some(columns) = targets.and_then(Targets::columns) {
+        len(&mut hasher, columns.attributes().len());
+        hash_words(&mut hasher, columns.values().iter().map(|v| v.to_le_bytes()));
     }
     hasher.finalize().to_hex().to_string()
 }
