@@ -43,16 +43,67 @@ impl Reader for ArrayFile {
         self.set_at(place.path).is_some()
     }
 
+    /// Reads the arrays that `options` names. Labels and groups stay as stored; `y` is empty where there are no labels.
     fn read(&self, place: &Place, options: &ReadOptions) -> Result<Raw> {
-        match place.purpose {
-            Purpose::Predict { rank } if self.is_one_recording(place.path, options, rank) => {
-                files::read_one(place, options)
-            }
-            _ => {
-                let path = self.set_at(place.path).unwrap_or_else(|| place.path.to_path_buf());
-                read(&path, (self.open)(&path)?, options, place.needs_labels())
-            }
+        if let Purpose::Predict { rank } = place.purpose
+            && self.is_one_recording(place.path, options, rank)
+        {
+            return files::read_one(place, options);
         }
+        let path = self.set_at(place.path).unwrap_or_else(|| place.path.to_path_buf());
+        let mut archive = (self.open)(&path)?;
+        let file = archive.file.clone();
+        let why = "applies to a folder of PNG or JPEG files only; leave it out";
+        refuse_set(&file, &[("resize", options.resize.is_some())], why)?;
+        let (names, facts) = names_file::beside(&path, true, &options.limits)?;
+        let options = &with_facts(options, &facts);
+        let saved = archive.saved.clone();
+        let roles = Roles::of(&saved, options, place.needs_labels(), |labels| archive.entries(labels));
+        let roles = roles.map_err(|unclear| refuse(&mut archive, unclear))?;
+        let ReadSamples { x, dtype, origins, official } =
+            read_samples(&mut archive, &roles.x, facts.layout, options)?;
+        let origins = given_origins(&facts, &file, origins)?;
+        let values = match &roles.y {
+            Some(arrays) => read_values(&mut archive, arrays, &facts, &options.limits)?,
+            None => None,
+        };
+        let labels = match roles.y.as_ref().filter(|_| values.is_none()) {
+            Some(arrays) => read_labels(&mut archive, arrays, names.as_ref(), options, x.len())?,
+            None => StoredLabels { values: vec![], columns: 1, names: None },
+        };
+        let groups = read_groups(&mut archive, &roles, options)?;
+        let official = match official {
+            Some(marks) => Some(marks),
+            None => read_official(&mut archive, options)?,
+        };
+        let (x_name, samples) = match &roles.x {
+            SampleArrays::One(x) => (x.clone(), std::slice::from_ref(x)),
+            SampleArrays::Split(both) => (both.join(" with "), &both[..]),
+            SampleArrays::Each(each) => ("the other arrays".into(), &each[..]),
+        };
+        let used = roles.y.iter().chain(&roles.group).flatten().chain(&options.test).chain(samples);
+        let used: Vec<&String> = used.collect();
+        let others = archive.arrays.iter().filter(|name| !used.contains(name)).cloned().collect();
+        let y_name = roles.y.map_or_else(|| options.y().to_string(), |arrays| arrays.join(" with "));
+        Ok(Raw {
+            name: name_of(&path),
+            file,
+            dtype,
+            x_name,
+            y_name,
+            y: labels.values,
+            columns: labels.columns,
+            names: names.or(labels.names),
+            values,
+            facts,
+            groups,
+            official,
+            row_hash: x.hashes(),
+            x,
+            origins,
+            others,
+            ..Raw::default()
+        })
     }
 
     fn file_format(&self) -> Option<&dyn FileFormat> {
@@ -114,70 +165,6 @@ impl ArrayFile {
             Err(_) => true,
         }
     }
-}
-
-/// Reads the arrays that `options` names. Labels and groups stay as stored; `y` is empty where there are no labels.
-fn read(path: &Path, mut archive: Archive, options: &ReadOptions, needs_labels: bool) -> Result<Raw> {
-    let file = archive.file.clone();
-    let why = "applies to a folder of PNG or JPEG files only; leave it out";
-    refuse_set(&file, &[("resize", options.resize.is_some())], why)?;
-    let (names, facts) = names_file::beside(path, true, &options.limits)?;
-    let options = &with_facts(options, &facts);
-    let saved = archive.saved.clone();
-    let roles = Roles::of(&saved, options, needs_labels, |labels| archive.entries(labels));
-    let roles = roles.map_err(|unclear| refuse(&mut archive, unclear))?;
-    let ReadSamples { x, dtype, origins, official } =
-        read_samples(&mut archive, &roles.x, facts.layout, options)?;
-    let origins = given_origins(&facts, &file, origins)?;
-    let values = match &roles.y {
-        Some(arrays) => read_values(&mut archive, arrays, &facts, &options.limits)?,
-        None => None,
-    };
-    let labels = match roles.y.as_ref().filter(|_| values.is_none()) {
-        Some(arrays) => read_labels(&mut archive, arrays, names.as_ref(), options, x.len())?,
-        None => StoredLabels { values: vec![], columns: 1, names: None },
-    };
-    let groups = read_groups(&mut archive, &roles, options)?;
-    let official = match official {
-        Some(marks) => Some(marks),
-        None => read_official(&mut archive, options)?,
-    };
-    let mut used: Vec<&String> = roles.y.iter().chain(&roles.group).flatten().chain(&options.test).collect();
-    let x_name = match &roles.x {
-        SampleArrays::One(x) => {
-            used.push(x);
-            x.clone()
-        }
-        SampleArrays::Split(both) => {
-            used.extend(both);
-            both.join(" with ")
-        }
-        SampleArrays::Each(each) => {
-            used.extend(each);
-            "the other arrays".into()
-        }
-    };
-    let others = archive.arrays.iter().filter(|name| !used.contains(name)).cloned().collect();
-    let y_name = roles.y.map_or_else(|| options.y().to_string(), |arrays| arrays.join(" with "));
-    Ok(Raw {
-        name: name_of(path),
-        file,
-        dtype,
-        x_name,
-        y_name,
-        y: labels.values,
-        columns: labels.columns,
-        names: names.or(labels.names),
-        values,
-        facts,
-        groups,
-        official,
-        row_hash: x.hashes(),
-        x,
-        origins,
-        others,
-        ..Raw::default()
-    })
 }
 
 /// Takes from the file of names which arrays are groups and marks, where the options do not say it.
