@@ -217,16 +217,24 @@ fn read_samples(
     options: &ReadOptions,
 ) -> Result<ReadSamples> {
     let numbered = |name: &str, x: &Ragged| (0..x.len()).map(|i| format!("{name}[{i}]")).collect::<Vec<_>>();
+    // Samples `[N, ...]` without an empty axis, and their stored type.
+    let read_array = |archive: &mut Archive, name: &str| {
+        archive.with(name, "x", |header, reader, at| {
+            sample_shape(header, at, &options.limits)?;
+            let x = Ragged::from(header.read_f32(reader, at, Cap::of_samples(&options.limits))?);
+            Ok((x, header.dtype.clone()))
+        })
+    };
     match samples {
         SampleArrays::One(name) => {
-            let (x, dtype) = read_array(archive, name, &options.limits)?;
+            let (x, dtype) = read_array(archive, name)?;
             Ok(ReadSamples { origins: numbered(name, &x), x, dtype, official: None })
         }
         SampleArrays::Split([train, test]) => {
             let why = "names a split, but the file has its own, a training and a test array; leave it out";
             refuse_set(&archive.file, &[("test", options.test.is_some())], why)?;
-            let (x, dtype) = read_array(archive, train, &options.limits)?;
-            let (tested, _) = read_array(archive, test, &options.limits)?;
+            let (x, dtype) = read_array(archive, train)?;
+            let (tested, _) = read_array(archive, test)?;
             let origins = [numbered(train, &x), numbered(test, &tested)].concat();
             let marks = [vec![0; x.len()], vec![1; tested.len()]].concat();
             let x = x.joined(tested).map_err(|[first_shape, shape]| Error::SampleShape {
@@ -256,14 +264,6 @@ fn read_samples(
             Ok(ReadSamples { x, dtype, origins: names.clone(), official: None })
         }
     }
-}
-
-/// Reads samples `[N, ...]` and the type that they are stored in; no axis is empty.
-fn read_array(archive: &mut Archive, name: &str, limits: &Limits) -> Result<(Ragged, String)> {
-    archive.with(name, "x", |header, reader, at| {
-        sample_shape(header, at, limits)?;
-        Ok((header.read_f32(reader, at, Cap::of_samples(limits))?.into(), header.dtype.clone()))
-    })
 }
 
 /// Reads targets that are stored as floats; none where they are stored otherwise. MATLAB stores labels as floats too:
