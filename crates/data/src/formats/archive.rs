@@ -4,21 +4,23 @@ use crate::formats::npy::{Cap, Header, by_rows};
 use crate::layout::order::natural;
 use crate::{Error, Result};
 use std::io::Read;
-use std::path::Path;
 
 /// Takes the header of an array and the stream of its values; `at` names them in messages.
 pub(crate) type Take<'t> = &'t mut dyn FnMut(&Header, &mut dyn Read, &str) -> Result<()>;
 
-/// A format of files of named arrays.
+/// An open file of named arrays.
 pub(crate) trait NamedArrays {
+    /// Returns the path, as messages name it.
+    fn file(&self) -> &str;
+
     /// Lists the arrays in the order in which they were saved.
     fn saved(&self) -> Vec<String>;
 
-    /// Returns type and shape of an array; none of one that cannot be read.
+    /// Returns type and shape of an array; none of one that is not there or cannot be read.
     fn header(&mut self, array: &str) -> Option<Header>;
 
-    /// Opens one array and hands it to `take`.
-    fn with(&mut self, array: &str, at: &str, take: Take) -> Result<()>;
+    /// Opens one array and hands it to `take`, but none that is not there.
+    fn stream(&mut self, array: &str, at: &str, take: Take) -> Result<()>;
 
     /// Reads an array of texts that cannot be read as one of numbers; none of any other.
     fn texts(&mut self, _array: &str, _at: &str, _cap: Cap) -> Result<Option<Texts>> {
@@ -45,34 +47,23 @@ impl Texts {
     }
 }
 
-/// An open file of named arrays.
-pub(crate) struct Archive {
-    held: Box<dyn NamedArrays>,
-    /// The path, as messages name it.
-    pub file: String,
-    /// Names in the order in which arrays were saved.
-    pub saved: Vec<String>,
-    /// Names in counting order.
-    pub arrays: Vec<String>,
-    /// Labels are counted from 1.
-    pub counts_from_one: bool,
-}
+/// An open file of named arrays, whatever its format.
+pub(crate) type Archive = dyn NamedArrays;
 
 impl Archive {
-    pub fn new(path: &Path, held: impl NamedArrays + 'static) -> Self {
-        let file = path.display().to_string();
-        let (saved, counts_from_one) = (held.saved(), held.counts_from_one());
-        let mut arrays = saved.clone();
+    /// Lists the arrays in counting order.
+    pub fn arrays(&self) -> Vec<String> {
+        let mut arrays = self.saved();
         arrays.sort_by(|a, b| natural(a, b));
         arrays.dedup();
-        Self { held: Box::new(held), file, saved, arrays, counts_from_one }
+        arrays
     }
 
     /// Lists the arrays that could be one recording: numbers along two axes or more.
     pub fn recordings(&mut self) -> Vec<String> {
         let is_one =
             |h: Header| h.kind.is_some() && h.shape.len() > 1 && h.shape.iter().any(|axis| *axis > 1);
-        self.arrays.iter().filter(|name| self.held.header(name).is_some_and(is_one)).cloned().collect()
+        self.arrays().into_iter().filter(|name| self.header(name).is_some_and(is_one)).collect()
     }
 
     /// Opens one array and hands its header and the stream of its values to `read`.
@@ -83,32 +74,19 @@ impl Archive {
         read: impl FnOnce(&Header, &mut dyn Read, &str) -> Result<T>,
     ) -> Result<T> {
         let (mut read, mut out, at) = (Some(read), None, self.at(array));
-        if self.arrays.iter().any(|name| name == array) {
-            self.held.with(array, &at, &mut |header, stream, at| {
-                out = read.take().map(|read| read(header, stream, at)).transpose()?;
-                Ok(())
-            })?;
-        }
+        self.stream(array, &at, &mut |header, stream, at| {
+            out = read.take().map(|read| read(header, stream, at)).transpose()?;
+            Ok(())
+        })?;
         out.ok_or_else(|| {
             let held = self.described();
-            Error::missing(&self.file, array, &held, option)
+            Error::missing(self.file(), array, &held, option)
         })
-    }
-
-    /// Reads the texts of a variable of MATLAB or HDF5 that is no array of numbers.
-    pub fn texts(&mut self, array: &str, cap: Cap) -> Result<Option<Texts>> {
-        let at = self.at(array);
-        self.held.texts(array, &at, cap)
     }
 
     /// Names an array in messages.
     pub fn at(&self, array: &str) -> String {
-        format!("{}: {array}", self.file)
-    }
-
-    /// Returns type and shape of an array; none of one that is not there or cannot be read.
-    pub fn header(&mut self, array: &str) -> Option<Header> {
-        self.arrays.iter().find(|name| *name == array).and_then(|name| self.held.header(name))
+        format!("{}: {array}", self.file())
     }
 
     /// Returns the shape of an array as stored; empty of one that cannot be read.
@@ -123,8 +101,8 @@ impl Archive {
 
     /// Describes the content of the file: name, type and shape of each array.
     pub fn described(&mut self) -> Vec<String> {
-        let mut form =
-            |name: &str| self.held.header(name).map_or("(damaged)".into(), |header| header.described());
-        self.arrays.iter().map(|name| format!("{name} {}", form(name))).collect()
+        let arrays = self.arrays();
+        let mut form = |name: &str| self.header(name).map_or("(damaged)".into(), |header| header.described());
+        arrays.iter().map(|name| format!("{name} {}", form(name))).collect()
     }
 }

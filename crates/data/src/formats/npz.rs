@@ -1,7 +1,7 @@
 //! Reads `.npz` archives: arrays by name.
 
 use crate::dataset::raw::DATA;
-use crate::formats::archive::{Archive, NamedArrays, Take};
+use crate::formats::archive::{NamedArrays, Take};
 use crate::formats::npy::{self, Header};
 use crate::layout::arrays::ArrayFile;
 use crate::reader::Format;
@@ -23,11 +23,12 @@ pub(crate) const NPZ: ArrayFile = ArrayFile {
     },
     inside: Some(DATA),
     recording: None,
-    open: |path| Ok(Archive::new(path, NpzArchive::open(path)?)),
+    open: |path| Ok(Box::new(NpzArchive::open(path)?)),
 };
 
 /// An open archive.
 struct NpzArchive {
+    file: String,
     zip: ZipArchive<BufReader<File>>,
     /// Names of the arrays in the order in which they were saved.
     saved: Vec<String>,
@@ -58,11 +59,15 @@ impl NpzArchive {
         for entry in zip.file_names() {
             saved.extend(array_name_from_file_name(&entry.map_err(refuse)?).map(str::to_string));
         }
-        Ok(Self { zip, saved })
+        Ok(Self { file, zip, saved })
     }
 }
 
 impl NamedArrays for NpzArchive {
+    fn file(&self) -> &str {
+        &self.file
+    }
+
     fn saved(&self) -> Vec<String> {
         self.saved.clone()
     }
@@ -72,7 +77,10 @@ impl NamedArrays for NpzArchive {
         npy::read_header(&mut entry, "").ok()
     }
 
-    fn with(&mut self, array: &str, at: &str, take: Take) -> Result<()> {
+    fn stream(&mut self, array: &str, at: &str, take: Take) -> Result<()> {
+        if !self.saved.iter().any(|saved| saved == array) {
+            return Ok(());
+        }
         let damaged = |why: String| Error::Damaged { at: at.into(), why };
         let entry = file_name_from_array_name(array);
         let mut entry = self.zip.by_name(&entry).map_err(|e| damaged(e.to_string().to_lowercase()))?;

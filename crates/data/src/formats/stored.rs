@@ -35,13 +35,13 @@ pub(crate) fn column(
             Some(before) => before.followed_by(next).ok_or_else(|| parts_differ(archive, arrays, array))?,
         });
     }
-    all.ok_or_else(|| Error::NoSamples { at: archive.file.clone() })
+    all.ok_or_else(|| Error::NoSamples { at: archive.file().into() })
 }
 
 /// Says that an array is not like the first of several.
 pub(crate) fn parts_differ(archive: &Archive, arrays: &[String], array: &str) -> Error {
     let why = "are not alike; give both the same type and number of columns";
-    Error::file(&archive.file, format!("{} and {array} {why}", arrays[0]))
+    Error::file(archive.file(), format!("{} and {array} {why}", arrays[0]))
 }
 
 impl Column {
@@ -65,7 +65,7 @@ fn one(
     limits: &Limits,
 ) -> Result<Column> {
     let cap = Cap::of_labels(limits);
-    if let Some(texts) = archive.texts(array, cap)? {
+    if let Some(texts) = archive.texts(array, &archive.at(array), cap)? {
         return Ok(Column { columns: columns(&texts.shape), values: StoredValues::Texts(texts.values) });
     }
     archive.with(array, option, |header, reader, at| {

@@ -25,7 +25,7 @@ pub(crate) struct ArrayFile {
     pub inside: Option<&'static str>,
     /// The form of a recording, where files in a folder are one recording each.
     pub recording: Option<OneArray>,
-    pub open: fn(&Path) -> Result<Archive>,
+    pub open: fn(&Path) -> Result<Box<Archive>>,
 }
 
 /// How messages speak of a file that is one recording.
@@ -51,30 +51,29 @@ impl Reader for ArrayFile {
             return files::read_one(place, options);
         }
         let path = self.set_at(place.path).unwrap_or_else(|| place.path.to_path_buf());
-        let mut archive = (self.open)(&path)?;
-        let file = archive.file.clone();
+        let archive = &mut *(self.open)(&path)?;
+        let file = archive.file().to_string();
         let why = "applies to a folder of PNG or JPEG files only; leave it out";
         refuse_set(&file, &[("resize", options.resize.is_some())], why)?;
         let (names, facts) = names_file::beside(&path, true, &options.limits)?;
         let options = &with_facts(options, &facts);
-        let saved = archive.saved.clone();
-        let roles = Roles::of(&saved, options, place.needs_labels(), |labels| archive.entries(labels));
-        let roles = roles.map_err(|unclear| refuse(&mut archive, unclear))?;
+        let roles = Roles::of(&archive.saved(), options, place.needs_labels(), |y| archive.entries(y))
+            .map_err(|unclear| refuse(archive, unclear))?;
         let ReadSamples { x, dtype, origins, official } =
-            read_samples(&mut archive, &roles.x, facts.layout, options)?;
+            read_samples(archive, &roles.x, facts.layout, options)?;
         let origins = given_origins(&facts, &file, origins)?;
         let values = match &roles.y {
-            Some(arrays) => read_values(&mut archive, arrays, &facts, &options.limits)?,
+            Some(arrays) => read_values(archive, arrays, &facts, &options.limits)?,
             None => None,
         };
         let labels = match roles.y.as_ref().filter(|_| values.is_none()) {
-            Some(arrays) => read_labels(&mut archive, arrays, names.as_ref(), options, x.len())?,
+            Some(arrays) => read_labels(archive, arrays, names.as_ref(), options, x.len())?,
             None => StoredLabels { values: vec![], columns: 1, names: None },
         };
-        let groups = read_groups(&mut archive, &roles, options)?;
+        let groups = read_groups(archive, &roles, options)?;
         let official = match official {
             Some(marks) => Some(marks),
-            None => read_official(&mut archive, options)?,
+            None => read_official(archive, options)?,
         };
         let (x_name, samples) = match &roles.x {
             SampleArrays::One(x) => (x.clone(), std::slice::from_ref(x)),
@@ -83,7 +82,7 @@ impl Reader for ArrayFile {
         };
         let used = roles.y.iter().chain(&roles.group).flatten().chain(&options.test).chain(samples);
         let used: Vec<&String> = used.collect();
-        let others = archive.arrays.iter().filter(|name| !used.contains(name)).cloned().collect();
+        let others = archive.arrays().into_iter().filter(|name| !used.contains(&name)).collect();
         let y_name = roles.y.map_or_else(|| options.y().to_string(), |arrays| arrays.join(" with "));
         Ok(Raw {
             name: name_of(&path),
@@ -136,7 +135,7 @@ impl FileFormat for ArrayFile {
             _ if held.iter().any(|name| name == options.x()) => options.x().to_string(),
             _ => {
                 let described = archive.described();
-                return Err(Error::missing(&archive.file, options.x(), &described, "x"));
+                return Err(Error::missing(archive.file(), options.x(), &described, "x"));
             }
         };
         archive.with(&name, "x", |header, reader, at| sample::one(header, reader, at, &options.limits))
@@ -158,8 +157,7 @@ impl ArrayFile {
             return false;
         }
         let Ok(mut archive) = (self.open)(path) else { return false };
-        let saved = archive.saved.clone();
-        match Roles::of(&saved, options, false, |labels| archive.entries(labels)) {
+        match Roles::of(&archive.saved(), options, false, |labels| archive.entries(labels)) {
             Ok(Roles { x: SampleArrays::One(x), y: None, .. }) => archive.shape(&x).len() == rank,
             Ok(_) => false,
             Err(_) => true,
@@ -193,7 +191,7 @@ fn given_origins(facts: &SampleFacts, file: &str, numbered: Vec<String>) -> Resu
 /// Says what the file holds, where a role is unclear.
 fn refuse(archive: &mut Archive, unclear: Unclear) -> Error {
     let Unclear { array, option, several } = unclear;
-    let (file, held) = (archive.file.clone(), archive.described());
+    let (file, held) = (archive.file().to_string(), archive.described());
     if several.is_empty() {
         return Error::missing(&file, &array, &held, option);
     }
@@ -232,7 +230,7 @@ fn read_samples(
         }
         SampleArrays::Split([train, test]) => {
             let why = "names a split, but the file has its own, a training and a test array; leave it out";
-            refuse_set(&archive.file, &[("test", options.test.is_some())], why)?;
+            refuse_set(archive.file(), &[("test", options.test.is_some())], why)?;
             let (x, dtype) = read_array(archive, train)?;
             let (tested, _) = read_array(archive, test)?;
             let origins = [numbered(train, &x), numbered(test, &tested)].concat();
@@ -247,7 +245,7 @@ fn read_samples(
             Ok(ReadSamples { x, dtype, origins, official: Some((test.clone(), marks)) })
         }
         SampleArrays::Each(names) => {
-            let mut collected = Collected::new(&archive.file, options.limits);
+            let mut collected = Collected::new(archive.file(), options.limits);
             let mut dtype = String::new();
             for name in names {
                 let sample = archive
@@ -260,7 +258,7 @@ fn read_samples(
                     dtype = sample.dtype;
                 }
             }
-            let x = collected.finish().ok_or_else(|| Error::NoSamples { at: archive.file.clone() })?;
+            let x = collected.finish().ok_or_else(|| Error::NoSamples { at: archive.file().into() })?;
             Ok(ReadSamples { x, dtype, origins: names.clone(), official: None })
         }
     }
@@ -274,7 +272,7 @@ fn read_values(
     facts: &SampleFacts,
     limits: &Limits,
 ) -> Result<Option<Values>> {
-    if archive.counts_from_one {
+    if archive.counts_from_one() {
         return Ok(None);
     }
     let (mut all, mut width) = (vec![], None);
@@ -338,8 +336,8 @@ fn read_labels(
     })?;
     let name = arrays.join(" with ");
     match values {
-        StoredValues::Texts(texts) => named(texts, columns, &name, &archive.file, known),
-        StoredValues::Numbers(values) if archive.counts_from_one => {
+        StoredValues::Texts(texts) => named(texts, columns, &name, archive.file(), known),
+        StoredValues::Numbers(values) if archive.counts_from_one() => {
             Ok(from_one(values, columns, samples, name))
         }
         StoredValues::Numbers(values) => Ok(StoredLabels { values, columns, names: None }),
@@ -399,7 +397,7 @@ fn from_one(mut y: Vec<i64>, columns: usize, samples: usize, array: String) -> S
 
 /// Reads groups and the name of their array; texts are numbered as class names are.
 fn read_groups(archive: &mut Archive, roles: &Roles, options: &ReadOptions) -> Result<Option<NamedColumn>> {
-    let file = archive.file.clone();
+    let file = archive.file().to_string();
     let refuse = |why| Err(Error::Option { file: file.clone(), option: "group_block", why });
     let Some(arrays) = &roles.group else {
         return match options.group_block {
@@ -430,7 +428,7 @@ fn read_groups(archive: &mut Archive, roles: &Roles, options: &ReadOptions) -> R
 fn read_official(archive: &mut Archive, options: &ReadOptions) -> Result<Option<NamedColumn>> {
     let Some(name) = &options.test else {
         let set = [("test_above", options.test_above.is_some())];
-        return refuse_set(&archive.file, &set, "needs the name of an array in test").map(|()| None);
+        return refuse_set(archive.file(), &set, "needs the name of an array in test").map(|()| None);
     };
     let wanted = "marks are 0 for training and 1 for testing: save them as an integer or boolean array";
     let Column { values, .. } = column(archive, std::slice::from_ref(name), "test", wanted, &options.limits)?;

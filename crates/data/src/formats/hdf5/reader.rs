@@ -25,11 +25,15 @@ pub(crate) const HDF5: ArrayFile = ArrayFile {
 };
 
 /// Opens a file, also of MATLAB's version 7.3.
-pub(crate) fn open(path: &Path) -> Result<Archive> {
-    Ok(Archive::new(path, Hdf5Archive::open(path)?))
+pub(crate) fn open(path: &Path) -> Result<Box<Archive>> {
+    Ok(Box::new(Hdf5Archive::open(path)?))
 }
 
 impl NamedArrays for Hdf5Archive {
+    fn file(&self) -> &str {
+        &self.file
+    }
+
     /// Lists arrays in counting order: files do not say in which order they were written.
     fn saved(&self) -> Vec<String> {
         self.variables.iter().map(|v| v.name.clone()).collect()
@@ -39,7 +43,7 @@ impl NamedArrays for Hdf5Archive {
         self.variable(array).map(|variable| variable.header.clone())
     }
 
-    fn with(&mut self, name: &str, place: &str, take: Take) -> Result<()> {
+    fn stream(&mut self, name: &str, place: &str, take: Take) -> Result<()> {
         let Some(Variable { dataset, header, .. }) = self.variable(name) else { return Ok(()) };
         let bytes = header.shape.iter().try_fold(header.size as u64, |all, axis| all.checked_mul(*axis));
         if bytes.is_none_or(|bytes| bytes > self.most) {

@@ -24,7 +24,7 @@ const COMPRESSED: u32 = 15;
 
 /// An open file.
 pub(crate) struct MatArchive {
-    file: String,
+    pub file: String,
     reader: BufReader<File>,
     big: bool,
     pub variables: Vec<Variable>,

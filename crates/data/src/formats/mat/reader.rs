@@ -25,20 +25,20 @@ pub(crate) const MAT: ArrayFile = ArrayFile {
     }),
     open: |path| match open_hdf5(path) {
         Some(held) => held,
-        None => Ok(Archive::new(path, MatArchive::open(path)?)),
+        None => Ok(Box::new(MatArchive::open(path)?)),
     },
 };
 
 /// Opens a file that is HDF5 by its first bytes.
 #[cfg(feature = "hdf5")]
-fn open_hdf5(path: &Path) -> Option<Result<Archive>> {
+fn open_hdf5(path: &Path) -> Option<Result<Box<Archive>>> {
     use crate::formats::hdf5::{hdf5, reader};
     hdf5::is_hdf5(path).then(|| reader::open(path))
 }
 
 /// Refuses a file that is HDF5 by its first bytes: this build does without.
 #[cfg(not(feature = "hdf5"))]
-fn open_hdf5(path: &Path) -> Option<Result<Archive>> {
+fn open_hdf5(path: &Path) -> Option<Result<Box<Archive>>> {
     use std::io::Read;
     let file = path.display().to_string();
     let mut start = [0; 10];
@@ -48,6 +48,10 @@ fn open_hdf5(path: &Path) -> Option<Result<Archive>> {
 }
 
 impl NamedArrays for MatArchive {
+    fn file(&self) -> &str {
+        &self.file
+    }
+
     fn saved(&self) -> Vec<String> {
         self.variables.iter().map(|v| v.name.clone()).collect()
     }
@@ -56,7 +60,7 @@ impl NamedArrays for MatArchive {
         self.variables.iter().find(|v| v.name == array).map(|v| v.header.clone())
     }
 
-    fn with(&mut self, name: &str, place: &str, take: Take) -> Result<()> {
+    fn stream(&mut self, name: &str, place: &str, take: Take) -> Result<()> {
         let Some((at, element)) = self.element_of(name)? else { return Ok(()) };
         match element.variable().map_err(|why| why.at(place, at))? {
             Some((_, header, mut values)) => take(&header, &mut values, place),
