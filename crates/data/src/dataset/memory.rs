@@ -7,7 +7,6 @@ use crate::dataset::labels::by_name;
 use crate::dataset::sample_spec::SampleSpec;
 use crate::dataset::source::Source;
 use crate::dataset::targets::Targets;
-use crate::formats::npy::c_order;
 use crate::{Error, Result};
 use ndarray::{ArrayD, Dimension};
 use taxel_base::Layout;
@@ -40,7 +39,7 @@ impl Dataset {
             return Err(Error::NotFinite { sample, index, value: *value });
         }
         let spec = SampleSpec::new(layout, shape);
-        let x = c_order(x);
+        let x = if x.is_standard_layout() { x } else { x.as_standard_layout().into_owned() };
         let (classes, y) = by_name(labels.iter().map(ToString::to_string).collect());
         let row_hash = hash_rows(&x);
         let mut dataset = Self {

@@ -275,7 +275,7 @@ impl Header {
         let shape = IxDyn(&axes).set_f(self.fortran);
         let array = ArrayD::from_shape_vec(shape, values)
             .map_err(|e| Error::NotAnArray { at: at.into(), why: e.to_string() })?;
-        Ok(c_order(array))
+        Ok(if self.fortran { array.as_standard_layout().into_owned() } else { array })
     }
 
     /// Reads integers or booleans as i64 in C order, and also whole floats from a MATLAB file or of two axes. The stream
@@ -395,27 +395,16 @@ impl Header {
 
 /// Fills the buffer as far as the stream goes.
 pub(crate) fn fill(reader: &mut dyn Read, buffer: &mut [u8], at: &str) -> Result<usize> {
-    read_up_to(reader, buffer)
-        .map_err(|e| Error::Damaged { at: at.into(), why: e.to_string().to_lowercase() })
-}
-
-/// Fills the buffer as far as the stream goes, with the system's own error.
-pub(crate) fn read_up_to(reader: &mut dyn Read, buffer: &mut [u8]) -> io::Result<usize> {
     let mut filled = 0;
     while filled < buffer.len() {
         match reader.read(&mut buffer[filled..]) {
             Ok(0) => break,
             Ok(n) => filled += n,
             Err(e) if e.kind() == io::ErrorKind::Interrupted => {}
-            Err(e) => return Err(e),
+            Err(e) => return Err(Error::Damaged { at: at.into(), why: e.to_string().to_lowercase() }),
         }
     }
     Ok(filled)
-}
-
-/// Returns the array with its last axis running fastest.
-pub(crate) fn c_order(x: ArrayD<f32>) -> ArrayD<f32> {
-    if x.is_standard_layout() { x } else { x.as_standard_layout().into_owned() }
 }
 
 /// Brings values that lie column by column into rows.

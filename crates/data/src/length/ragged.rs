@@ -1,7 +1,6 @@
 //! Samples as recorded: they may differ in length along one axis, which is time.
 
 use crate::dataset::digest::{RowHash, hash_row};
-use crate::formats::npy::c_order;
 use crate::options::Limits;
 use crate::{Error, Result};
 use ndarray::ArrayD;
@@ -20,10 +19,9 @@ pub(crate) struct Ragged {
 }
 
 impl From<ArrayD<f32>> for Ragged {
-    /// Takes samples `[N, ...]` of one shape.
+    /// Takes samples `[N, ...]` of one shape, in C order.
     fn from(x: ArrayD<f32>) -> Self {
         let (samples, shape) = (x.shape()[0], x.shape()[1..].to_vec());
-        let x = c_order(x);
         let size = x.len();
         let (mut values, offset) = x.into_raw_vec_and_offset();
         values.drain(..offset.unwrap_or(0));

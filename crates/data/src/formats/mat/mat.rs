@@ -3,7 +3,7 @@
 //! After MathWorks, "MAT-File Format", chapter 1, as far as a data set needs it: dense real arrays of numbers. Crates for it
 //! hold whole files in memory. Here only names and shapes of variables are; values are streamed.
 
-use crate::formats::npy::{Header, NumberKind, read_up_to};
+use crate::formats::npy::{Header, NumberKind};
 use crate::{Error, Result};
 use flate2::read::ZlibDecoder;
 use std::fs::File;
@@ -111,9 +111,9 @@ fn is_big_endian(reader: &mut dyn Read, file: &str) -> Result<bool> {
         let how = "write it with save(..., '-v7')";
         Error::file(file, format!("is not a MATLAB file of version 5 to 7 ({why}); {how}"))
     };
-    let mut start = [0; START as usize];
-    let got = read_up_to(reader, &mut start).map_err(Error::io(file))?;
-    if got < start.len() {
+    let mut start = vec![];
+    reader.take(START).read_to_end(&mut start).map_err(Error::io(file))?;
+    if start.len() < START as usize {
         return Err(not("it ends before its header does"));
     }
     match (&start[126..], &start[124..126]) {
