@@ -183,7 +183,8 @@ pub(crate) trait FileFormat: Sync {
 pub(crate) struct Sample {
     pub shape: Vec<usize>,
     pub values: Vec<f32>,
-    pub hash: RowHash,
+    /// Hash of the sample as stored, where `values` are not that.
+    pub hash: Option<RowHash>,
     pub dtype: String,
 }
 
@@ -192,6 +193,7 @@ pub(crate) struct Recorded {
     pub x: Ragged,
     pub dtype: String,
     pub layout: Option<Layout>,
+    /// Hash of each, or none where that is the hash of its values.
     pub row_hash: Vec<RowHash>,
     /// The file of each, below the folder.
     pub origins: Vec<String>,

@@ -41,7 +41,7 @@ pub(crate) struct Raw {
     pub official: Option<NamedColumn>,
     /// File of each sample, or `x[17]`.
     pub origins: Vec<String>,
-    /// Hash of each full recorded sample.
+    /// Hash of each full recorded sample; readers leave it out where it is that of the values in `x`.
     pub row_hash: Vec<RowHash>,
     /// Arrays of the archive that were not read, such as `trial`.
     pub others: Vec<String>,

@@ -49,7 +49,7 @@ impl FileFormat for ImageFile {
     }
 
     /// Decodes one image: `[H, W]` or `[3, H, W]` in its stored range, 0..255 or 0..65535, resampled to the size where one
-    /// is given. The hash is that of the values before resampling.
+    /// is given, with the hash of the values before.
     fn read(&self, path: &Path, options: &ReadOptions) -> Result<Sample> {
         let (file, resize) = (path.display().to_string(), options.resize);
         let decoder = open(path, &file, &options.limits)?;
@@ -138,26 +138,24 @@ fn resized(shape: &[usize], resize: Option<[usize; 2]>) -> Vec<usize> {
     }
 }
 
-/// Makes one plane per colour, resampled by a triangle filter where a size is given. The hash is that of the planes as
-/// stored; `white` is the largest value.
+/// Makes one plane per colour, resampled by a triangle filter where a size is given, then with the hash of the planes before;
+/// `white` is the largest value.
 fn planes<P: Pixel<Subpixel = f32> + 'static, T: Copy + Into<f32>>(
     stored: &[T],
     shape: &[usize],
     resize: Option<[usize; 2]>,
     white: f32,
-) -> (Vec<f32>, RowHash) {
+) -> (Vec<f32>, Option<RowHash>) {
     let colours = usize::from(P::CHANNEL_COUNT);
     let Some([height, width]) = resize else {
-        let values: Vec<f32> = by_plane(stored, colours).map(Into::into).collect();
-        let hash = hash_row(&values);
-        return (values, hash);
+        return (by_plane(stored, colours).map(Into::into).collect(), None);
     };
     let hash = hash_row(by_plane(stored, colours).map(Into::<f32>::into));
     let from = [shape[shape.len() - 2], shape[shape.len() - 1]];
     let image = ScaledImage::<P, T> { stored, size: from, white, pixel: PhantomData };
     let small =
         imageops::resize(&image, width as u32, height as u32, imageops::FilterType::Triangle).into_raw();
-    (by_plane(&small, colours).map(|value| value * white).collect(), hash)
+    (by_plane(&small, colours).map(|value| value * white).collect(), Some(hash))
 }
 
 /// Resamples a grey image `[H, W]` of values from 0 to `white` as image files are.

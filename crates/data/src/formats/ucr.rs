@@ -170,7 +170,6 @@ fn read(path: &Path, pair: &Pair, options: &ReadOptions) -> Result<Raw> {
         names: Some(names),
         facts,
         official: Some(("the _TEST file".into(), test)),
-        row_hash: x.hashes(),
         x,
         origins,
         ..Raw::default()

@@ -97,7 +97,6 @@ impl Reader for ArrayFile {
             facts,
             groups,
             official,
-            row_hash: x.hashes(),
             x,
             origins,
             others,

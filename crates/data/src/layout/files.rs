@@ -109,7 +109,7 @@ fn one_by_one(
         let layout = format.layout(sample.shape.len());
         let given = [options.layout, found.facts.layout, layout];
         let time = likeliest_layout(given, &sample.dtype, &sample.shape).time_axis();
-        if row_hash.is_empty() {
+        if origins.is_empty() {
             total_size(&file, found.files.len(), &sample.shape, time, options)?;
         }
         collected.push(&name, &sample.shape, &sample.values, time, format.hint())?;
@@ -117,7 +117,7 @@ fn one_by_one(
             let (kind, first_kind) = (sample.dtype, first_dtype.clone());
             return Err(Error::MixedKinds { file: name, kind, first: first.into(), first_kind });
         }
-        row_hash.push(sample.hash);
+        row_hash.extend(sample.hash);
         #[expect(clippy::expect_used, reason = "files are sought below root")]
         origins.push(path.strip_prefix(root).expect("a path below root").display().to_string());
     }

@@ -1,6 +1,5 @@
 //! Samples as recorded: they may differ in length along one axis, which is time.
 
-use crate::dataset::digest::{RowHash, hash_row};
 use crate::options::Limits;
 use crate::{Error, Result};
 use ndarray::ArrayD;
@@ -99,11 +98,6 @@ impl Ragged {
         self.values.extend(next.values);
         self.samples += next.samples;
         Ok(self)
-    }
-
-    /// Returns the fingerprint of each sample.
-    pub fn hashes(&self) -> Vec<RowHash> {
-        self.each().map(hash_row).collect()
     }
 
     /// Returns all samples as one array; none where their lengths are unequal.

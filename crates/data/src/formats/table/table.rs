@@ -160,7 +160,6 @@ pub(crate) fn read(
         facts,
         groups,
         official,
-        row_hash: x.hashes(),
         x,
         origins,
         others: texts.iter().map(|at| name(*at)).collect(),
