@@ -8,6 +8,7 @@ use crate::formats::archive::Archive;
 use crate::formats::npy::{Cap, Header};
 use crate::formats::stored::{Column, StoredValues, column, columns, parts_differ};
 use crate::layout::files;
+use crate::layout::listing::unsorted;
 use crate::layout::names_file;
 use crate::layout::roles::{Roles, SampleArrays, Unclear};
 use crate::layout::sample;
@@ -48,7 +49,7 @@ impl Reader for ArrayFile {
         if let Purpose::Predict { rank } = place.purpose
             && self.is_one_recording(place.path, options, rank)
         {
-            return files::read_one(place, options);
+            return files::read(place, unsorted(vec![place.path.to_path_buf()]), options);
         }
         let path = self.set_at(place.path).unwrap_or_else(|| place.path.to_path_buf());
         let archive = &mut *(self.open)(&path)?;

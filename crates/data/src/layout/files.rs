@@ -25,7 +25,7 @@ impl<F: FileFormat> Reader for OnePerFile<F> {
     }
 
     fn read(&self, place: &Place, options: &ReadOptions) -> Result<Raw> {
-        read_one(place, options)
+        read(place, unsorted(vec![place.path.to_path_buf()]), options)
     }
 
     fn reads_sets(&self) -> bool {
@@ -37,14 +37,12 @@ impl<F: FileFormat> Reader for OnePerFile<F> {
     }
 }
 
-/// Reads the file at a place as one recording without a class.
-pub(crate) fn read_one(place: &Place, options: &ReadOptions) -> Result<Raw> {
-    let folder = place.path.parent().unwrap_or(Path::new(""));
-    read(place, folder, unsorted(vec![place.path.to_path_buf()]), options)
-}
-
-/// Reads the recordings that were `found` below `root`.
-pub(crate) fn read(place: &Place, root: &Path, found: FoundFiles, options: &ReadOptions) -> Result<Raw> {
+/// Reads the recordings that were `found` at a place: below it, or the one that it is.
+pub(crate) fn read(place: &Place, found: FoundFiles, options: &ReadOptions) -> Result<Raw> {
+    let root = match found.files.as_slice() {
+        [one] if one == place.path => place.path.parent().unwrap_or(Path::new("")),
+        _ => place.path,
+    };
     let file = root.display().to_string();
     let (format, first) = same_format(place, &found.files, &file)?;
     refuse_array_options(&file, format, &found, options)?;

@@ -44,9 +44,9 @@ impl Reader for Folder {
     fn read(&self, place: &Place, options: &ReadOptions) -> Result<Raw> {
         let top = list(place.path)?;
         match labelled(place.path, &top, options)? {
-            Some(found) => files::read(place, place.path, found, options),
+            Some(found) => files::read(place, found, options),
             None if place.needs_labels() || top.files.is_empty() => Err(refuse(place, &top, options)),
-            None => files::read(place, place.path, unsorted(top.files), options),
+            None => files::read(place, unsorted(top.files), options),
         }
     }
 }
