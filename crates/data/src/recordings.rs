@@ -48,7 +48,25 @@ pub struct Recordings {
 /// Also a recording that is shorter than a window.
 pub fn recordings(path: &Path, options: &ReadOptions, rank: usize) -> Result<Recordings> {
     let Read { raw, x, time, truth } = read(path, options, rank)?;
-    let (x, windows) = one_length(&raw, x, time, options)?;
+    let (x, windows) = match time.zip(options.length) {
+        None => {
+            if let Some(axis) = time.filter(|_| x.is_unequal()) {
+                return Err(Lengths::of(&x.lengths(axis), None).refused(&raw.file));
+            }
+            (x.into_array().ok_or_else(|| Error::NoSamples { at: raw.file.clone() })?, None)
+        }
+        Some((axis, rule)) => {
+            let lengths = x.lengths(axis);
+            let short = lengths.iter().position(|length| *length < rule.to());
+            if let (Length::Window { to, .. }, Some(short)) = (rule, short) {
+                let why = "it holds no window, so there is no answer to it; leave it out";
+                let (sample, length) = (raw.sample_name(short), lengths[short]);
+                return Err(Error::RecordingLength { sample, length, to, why });
+            }
+            let cut = cut(&rule, &x, axis, &options.limits, &raw.file, |row| raw.sample_name(row))?;
+            (cut.x, cut.windows)
+        }
+    };
     let Some(windows) = windows else {
         return Ok(Recordings { name: raw.name, x, origins: raw.origins, starts: None, truth });
     };
@@ -131,34 +149,6 @@ fn read(path: &Path, options: &ReadOptions, rank: usize) -> Result<Read> {
     refuse_channels(&raw, &x, time, chosen.as_deref())?;
     let x = x.select(&all, chosen.as_deref());
     Ok(Read { raw, x, time, truth })
-}
-
-/// Recording and first time step of each sample that is a window.
-type Windows = Option<Vec<(usize, usize)>>;
-
-/// Brings recordings to one length.
-fn one_length(
-    raw: &Raw,
-    x: Ragged,
-    time: Option<usize>,
-    options: &ReadOptions,
-) -> Result<(ArrayD<f32>, Windows)> {
-    let Some((axis, rule)) = time.zip(options.length) else {
-        if let Some(axis) = time.filter(|_| x.is_unequal()) {
-            return Err(Lengths::of(&x.lengths(axis), None).refused(&raw.file));
-        }
-        let x = x.into_array().ok_or_else(|| Error::NoSamples { at: raw.file.clone() })?;
-        return Ok((x, None));
-    };
-    let lengths = x.lengths(axis);
-    let short = lengths.iter().position(|length| *length < rule.to());
-    if let (Length::Window { to, .. }, Some(short)) = (rule, short) {
-        let why = "it holds no window, so there is no answer to it; leave it out";
-        let (sample, length) = (raw.sample_name(short), lengths[short]);
-        return Err(Error::RecordingLength { sample, length, to, why });
-    }
-    let cut = cut(&rule, &x, axis, &options.limits, &raw.file, |row| raw.sample_name(row))?;
-    Ok((cut.x, cut.windows))
 }
 
 /// Returns the names of the classes of each sample; a label without a name goes by its number.
