@@ -64,8 +64,7 @@ impl Predictor {
     /// # Errors
     /// As [`Predictor::encode`], but that nothing is encoded.
     pub fn found(&self, x: &RawSamples) -> Result<Vec<Vec<ReplacedElement>>> {
-        let x = &*self.kept(x);
-        self.check(x)?;
+        let x = &*self.kept(x)?;
         Ok(match &self.guard {
             Some(guard) => mended(guard, x).1,
             None => vec![vec![]; x.len_of(Axis(0))],
@@ -82,9 +81,7 @@ impl Predictor {
     /// # Errors
     /// Samples of another shape than the model reads, or readings that are not finite or cannot be encoded.
     pub fn encode(&self, x: &RawSamples) -> Result<Vec<ArrayD<f32>>> {
-        let kept = self.kept(x);
-        self.check(&kept)?;
-        self.encode_checked(&kept)
+        self.encode_checked(&*self.kept(x)?)
     }
 
     /// [`Predictor::encode`] of samples that are known to be of the model's shape, and finite.
@@ -158,16 +155,30 @@ impl Predictor {
         Ok(&workspace.probabilities)
     }
 
-    /// Of whole recordings the channels that the model was trained on.
-    fn kept<'x>(&self, x: &'x RawSamples) -> CowArray<'x, f32, IxDyn> {
+    /// Selects the channels that the model was trained on, of whole recordings. Checks that samples are of the model's shape
+    /// and finite.
+    fn kept<'x>(&self, x: &'x RawSamples) -> Result<CowArray<'x, f32, IxDyn>> {
+        let refuse = |given: String| Err(self.refuse(given));
         let spec = &self.card.spec;
-        match (&spec.channels, x.shape()) {
+        let kept: CowArray<'x, f32, IxDyn> = match (&spec.channels, x.shape()) {
             (Some(channels), [_, given, ..])
                 if *given != spec.shape[0] && channels.iter().all(|channel| channel < given) =>
             {
                 x.select(Axis(1), channels).into()
             }
             _ => x.view().into(),
+        };
+        match kept.shape() {
+            [] | [0, ..] => return refuse("there are none".into()),
+            [_, shape @ ..] if *shape != spec.shape[..] => return refuse(format!("these have {shape:?}")),
+            _ => {}
+        }
+        let each = (kept.len() / kept.len_of(Axis(0))).max(1);
+        match kept.iter().position(|v| !v.is_finite()) {
+            Some(at) => {
+                refuse(format!("sample {} holds a reading that is not finite (NaN or infinity)", at / each))
+            }
+            None => Ok(kept),
         }
     }
 
@@ -175,24 +186,6 @@ impl Predictor {
         let spec = &self.card.spec;
         let expected = format!("samples of shape {:?} ({})", spec.shape, spec.layout.axes());
         Error::Samples { model: self.card.name.clone(), expected, given }
-    }
-
-    fn check(&self, x: &RawSamples) -> Result<()> {
-        let refuse = |given: String| Err(self.refuse(given));
-        match x.shape() {
-            [] | [0, ..] => return refuse("there are none".into()),
-            [_, shape @ ..] if *shape != self.card.spec.shape[..] => {
-                return refuse(format!("these have {shape:?}"));
-            }
-            _ => {}
-        }
-        let each = (x.len() / x.len_of(Axis(0))).max(1);
-        match x.iter().position(|v| !v.is_finite()) {
-            Some(at) => {
-                refuse(format!("sample {} holds a reading that is not finite (NaN or infinity)", at / each))
-            }
-            None => Ok(()),
-        }
     }
 
     /// Encoded samples to probabilities `[n, outputs]`, row-major.
@@ -217,8 +210,7 @@ impl Predictor {
     /// # Errors
     /// As [`Predictor::encode`] and [`Predictor::predict_encoded`].
     pub fn predict(&self, x: &RawSamples) -> Result<Predictions> {
-        let kept = self.kept(x);
-        self.check(&kept)?;
+        let kept = self.kept(x)?;
         let n = kept.len_of(Axis(0));
         let each = (kept.len() / n).max(1);
         // Samples are read where they lie, and only some of them stand encoded at a time.
