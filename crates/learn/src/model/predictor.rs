@@ -88,14 +88,25 @@ impl Predictor {
     fn encode_checked(&self, kept: &RawSamples) -> Result<Vec<ArrayD<f32>>> {
         let behind = self.guard.as_ref().map(|guard| mended(guard, kept).0);
         let x: &RawSamples = behind.as_deref().unwrap_or(kept);
+        let (n, readings, name) = (x.len_of(Axis(0)), x.as_standard_layout(), &self.card.name);
+        let of_one = (readings.len() / n.max(1)).max(1);
+        let encoded = |transform: &Transform| -> Result<ArrayD<f32>> {
+            let mut encoder = transform.compile(x.shape().get(1..).unwrap_or_default(), name)?;
+            let mut input = ArrayD::zeros([&[n], encoder.shape()].concat());
+            let each = encoder.shape().iter().product::<usize>().max(1);
+            if let (Some(readings), Some(values)) = (readings.as_slice(), input.as_slice_mut()) {
+                for (reading, values) in readings.chunks_exact(of_one).zip(values.chunks_exact_mut(each)) {
+                    encoder.encode(reading, values)?;
+                }
+            }
+            Ok(input)
+        };
         let inputs = self.card.inputs.iter();
-        inputs
-            .map(|ModelInput { transform, .. }| match encoded(transform, x, &self.card.name) {
-                Ok(input) => Ok(input),
-                // The message that names the sample.
-                Err(_) => transform.apply(&x.to_owned(), &self.card.name),
-            })
-            .collect()
+        // An error is that of all samples together, whose message names the sample.
+        let input = |ModelInput { transform, .. }: &ModelInput| {
+            encoded(transform).or_else(|_| transform.apply(&x.to_owned(), name))
+        };
+        inputs.map(input).collect()
     }
 
     /// Makes memory for one thread that predicts sample by sample.
@@ -227,20 +238,4 @@ impl Predictor {
         }
         Ok(Predictions::new(self.card.task.clone(), probabilities))
     }
-}
-
-/// Raw samples `[n, ..]` to one input, sample by sample.
-fn encoded(transform: &Transform, x: &RawSamples, source: &str) -> Result<ArrayD<f32>> {
-    let mut encoder = transform.compile(x.shape().get(1..).unwrap_or_default(), source)?;
-    let shape = [&[x.len_of(Axis(0))], encoder.shape()].concat();
-    let each = encoder.shape().iter().product::<usize>().max(1);
-    let mut input = ArrayD::zeros(shape);
-    let readings = x.as_standard_layout();
-    if let (Some(readings), Some(values)) = (readings.as_slice(), input.as_slice_mut()) {
-        let of_one = (readings.len() / x.len_of(Axis(0)).max(1)).max(1);
-        for (reading, values) in readings.chunks_exact(of_one).zip(values.chunks_exact_mut(each)) {
-            encoder.encode(reading, values)?;
-        }
-    }
-    Ok(input)
 }
