@@ -264,8 +264,8 @@ fn read_samples(
     }
 }
 
-/// Reads targets that are stored as floats; none where they are stored otherwise. MATLAB stores labels as floats too:
-/// there they are labels.
+/// Reads targets that are stored as floats; none where they are stored otherwise or are one-hot. MATLAB stores labels
+/// as floats too: there they are labels.
 fn read_values(
     archive: &mut Archive,
     arrays: &[String],
@@ -293,8 +293,17 @@ fn read_values(
         }
         all.extend(values);
     }
-    let Some(width) = width else { return Ok(None) };
+    let Some(width) = width.filter(|width| !is_one_hot(&all, *width)) else { return Ok(None) };
     Ok(Some(Values::new(quantities(facts, &arrays.join(" with "), width)?, all)))
+}
+
+/// Whether each row has a single 1 among zeros: many frameworks store classes as such floats.
+fn is_one_hot(values: &[f32], width: usize) -> bool {
+    let is_class = |row: &[f32]| {
+        row.iter().all(|value| [0.0, 1.0].contains(value))
+            && row.iter().filter(|value| **value == 1.0).count() == 1
+    };
+    width > 1 && values.chunks_exact(width).all(is_class)
 }
 
 /// Returns the quantities of the columns of values: as the file of names says, or by the name of their array.
