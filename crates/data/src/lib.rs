@@ -34,6 +34,7 @@
 mod augment;
 mod check;
 mod dataset;
+mod ending;
 mod error;
 mod formats;
 mod layout;

@@ -2,6 +2,7 @@
 
 use crate::dataset::digest::RowHash;
 use crate::dataset::raw::Raw;
+use crate::ending::has_ending;
 use crate::layout::listing::FoundFiles;
 use crate::length::ragged::Ragged;
 use crate::options::ReadOptions;
@@ -28,11 +29,6 @@ impl Format {
     pub(crate) fn names(&self, path: &Path) -> bool {
         has_ending(path, self.endings)
     }
-}
-
-/// Checks whether a path ends in one of `endings`, in small or capital letters.
-pub(crate) fn has_ending(path: &Path, endings: &[&str]) -> bool {
-    path.extension().is_some_and(|found| endings.iter().any(|ending| found.eq_ignore_ascii_case(ending)))
 }
 
 /// The use that recordings are read for.

@@ -312,12 +312,9 @@ impl Call {
                 let (first, second) = input.split_at_mut(self.from[0].1.len());
                 let x = dense(&self.from[0].1, values[0], first);
                 let stream = dense(&self.from[1].1, values[1], second);
-                let is_dark = is_constant(stream, self.from[1].1.channels);
-                staged(to, y, output, |y| {
-                    // A product, so that NaN stays NaN.
-                    let factor = if is_dark { 0.0 } else { 1.0 };
-                    y.iter_mut().zip(x).for_each(|(y, x)| *y = x * factor);
-                });
+                let factor = f32::from(!is_constant(stream, self.from[1].1.channels));
+                // A product, so that NaN stays NaN.
+                staged(to, y, output, |y| y.iter_mut().zip(x).for_each(|(y, x)| *y = x * factor));
             }
         }
     }

@@ -1,6 +1,6 @@
 //! Names of files that every build knows, with their reader or without.
 
-use crate::reader::has_ending;
+use crate::ending::has_ending;
 use std::path::Path;
 
 /// Endings of image files.

@@ -64,8 +64,13 @@ impl Reader for ArrayFile {
             read_samples(archive, &roles.x, facts.layout, options)?;
         let origins = given_origins(&facts, &file, origins)?;
         let values = match &roles.y {
-            Some(arrays) => read_values(archive, arrays, &facts, &options.limits)?,
-            None => None,
+            // Who names classes or attributes means labels, however they are stored.
+            Some(arrays)
+                if names.is_none() && options.attribute.is_none() && options.attributes.is_empty() =>
+            {
+                read_values(archive, arrays, &facts, &options.limits)?
+            }
+            _ => None,
         };
         let labels = match roles.y.as_ref().filter(|_| values.is_none()) {
             Some(arrays) => read_labels(archive, arrays, names.as_ref(), options, x.len())?,

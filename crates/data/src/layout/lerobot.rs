@@ -1,6 +1,7 @@
 //! Reads data sets of LeRobot: episodes in files of Parquet, described in `meta/`.
 
 use crate::dataset::raw::{Names, Raw, SampleFacts, name_of};
+use crate::ending::has_ending;
 use crate::formats::names::is_lerobot;
 use crate::formats::parquet_file;
 use crate::formats::table::options::{TableForm, TableOptions};
@@ -11,7 +12,7 @@ use crate::layout::label_table::LABELS;
 use crate::layout::listing::list;
 use crate::layout::order::in_order;
 use crate::options::{ReadOptions, refuse_set};
-use crate::reader::{Format, Place, Reader, has_ending};
+use crate::reader::{Format, Place, Reader};
 use crate::{Error, Result};
 use serde_json::Value;
 use std::collections::HashMap;

@@ -1,10 +1,11 @@
 //! Formats that this build does without.
 
 use crate::dataset::raw::Raw;
+use crate::ending::has_ending;
 use crate::formats::bag::path::is_bag;
 use crate::formats::names::{is_image, is_lerobot};
 use crate::options::ReadOptions;
-use crate::reader::{FileFormat, Format, Place, Reader, Sample, has_ending};
+use crate::reader::{FileFormat, Format, Place, Reader, Sample};
 use crate::{Error, Result};
 use std::path::Path;
 

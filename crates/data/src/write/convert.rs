@@ -3,10 +3,11 @@
 use crate::dataset::assemble::{Checked, assemble};
 use crate::dataset::dataset::Dataset;
 use crate::dataset::spec_of::likeliest_layout;
+use crate::ending::has_ending;
 use crate::length::length::{Length, Longer, Padding};
 use crate::load::open;
 use crate::options::{ReadOptions, refuse_set};
-use crate::reader::{Purpose, has_ending};
+use crate::reader::Purpose;
 use crate::write::save::write;
 use crate::{Error, Result};
 use ndarray::{ArrayD, Axis};

@@ -98,12 +98,8 @@ impl RunExperiments {
             let progress = progress();
             let trained = || -> experiment::Result<RunFolder> {
                 let dataset = experiment.dataset()?;
-                detail(format!(
-                    "{}: {} samples, digest {}",
-                    dataset.name,
-                    dataset.x.shape()[0],
-                    dataset.digest
-                ));
+                let (name, samples) = (&dataset.name, dataset.x.shape()[0]);
+                detail(format!("{name}: {samples} samples, digest {}", dataset.digest));
                 let runner = Runner { experiment, registry: &registry, dataset: &dataset };
                 let only = if self.only.is_empty() { None } else { Some(runner.keys_within(&self.only)?) };
                 runner.run(Some(&out), &RunOptions { only, ..options.clone() }, &*progress, &cancel)

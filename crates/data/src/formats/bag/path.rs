@@ -1,7 +1,7 @@
 //! The files of a bag: one MCAP file, or the folder that rosbag2 makes of one recording.
 
+use crate::ending::has_ending;
 use crate::layout::order::in_order;
-use crate::reader::has_ending;
 use crate::{Error, Result};
 use std::path::{Path, PathBuf};
 

@@ -14,6 +14,7 @@ use crate::options::{Limits, ReadOptions, refuse_set};
 use crate::reader::{Format, Place, Purpose, Reader};
 use crate::{Error, Result};
 use std::collections::HashMap;
+use std::iter;
 use std::path::Path;
 use taxel_base::Layout;
 
@@ -137,11 +138,10 @@ pub(crate) fn read(
     let name = |at: usize| table.header[at].clone();
     let y_name = columns.label.map_or_else(|| "label".into(), name);
     let (y, names) = labels(&all, &y_name, &file, names)?;
-    let mut read_as = vec![described(table, &columns, channels.len())];
-    read_as.extend(timing.map(|timing| timing.to_string()));
+    let form = described(table, &columns, channels.len());
+    let read_as = iter::once(form).chain(timing.map(|timing| timing.to_string())).collect();
     let used: Vec<usize> = columns.used().collect();
-    let is_text = |at: &usize| texts.contains(at);
-    let is_other = |at: &usize| !used.contains(at) && !channels.contains(at) && !is_text(at);
+    let is_other = |at: &usize| ![&used, &channels, &texts].iter().any(|columns| columns.contains(at));
     let ignored =
         (0..table.header.len()).filter(is_other).map(|at| format!("column {:?}", name(at))).collect();
     let groups = groups(&all, columns.group.map(name), &file, options)?;
