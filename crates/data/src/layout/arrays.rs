@@ -54,8 +54,7 @@ impl Reader for ArrayFile {
         let path = self.set_at(place.path).unwrap_or_else(|| place.path.to_path_buf());
         let archive = &mut *(self.open)(&path)?;
         let file = archive.file().to_string();
-        let why = "applies to a folder of PNG or JPEG files only; leave it out";
-        refuse_set(&file, &[("resize", options.resize.is_some())], why)?;
+        refuse_resize(&file, options)?;
         let (names, facts) = names_file::beside(&path, true, &options.limits)?;
         let options = &with_facts(options, &facts);
         let roles = Roles::of(&archive.saved(), options, place.needs_labels(), |y| archive.entries(y))
@@ -63,13 +62,10 @@ impl Reader for ArrayFile {
         let ReadSamples { x, dtype, origins, official } =
             read_samples(archive, &roles.x, facts.layout, options)?;
         let origins = given_origins(&facts, &file, origins)?;
+        // Who names classes or attributes means labels, however they are stored.
+        let is_labelled = names.is_some() || options.attribute.is_some() || !options.attributes.is_empty();
         let values = match &roles.y {
-            // Who names classes or attributes means labels, however they are stored.
-            Some(arrays)
-                if names.is_none() && options.attribute.is_none() && options.attributes.is_empty() =>
-            {
-                read_values(archive, arrays, &facts, &options.limits)?
-            }
+            Some(arrays) if !is_labelled => read_values(archive, arrays, &facts, &options.limits)?,
             _ => None,
         };
         let labels = match roles.y.as_ref().filter(|_| values.is_none()) {
@@ -77,10 +73,7 @@ impl Reader for ArrayFile {
             None => StoredLabels { values: vec![], columns: 1, names: None },
         };
         let groups = read_groups(archive, &roles, options)?;
-        let official = match official {
-            Some(marks) => Some(marks),
-            None => read_official(archive, options)?,
-        };
+        let official = official.map_or_else(|| read_official(archive, options), |marks| Ok(Some(marks)))?;
         let (x_name, samples) = match &roles.x {
             SampleArrays::One(x) => (x.clone(), std::slice::from_ref(x)),
             SampleArrays::Split(both) => (both.join(" with "), &both[..]),
@@ -168,6 +161,11 @@ impl ArrayFile {
             Err(_) => true,
         }
     }
+}
+
+fn refuse_resize(file: &str, options: &ReadOptions) -> Result<()> {
+    let why = "applies to a folder of PNG or JPEG files only; leave it out";
+    refuse_set(file, &[("resize", options.resize.is_some())], why)
 }
 
 /// Takes from the file of names which arrays are groups and marks, where the options do not say it.

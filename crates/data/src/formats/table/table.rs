@@ -140,10 +140,9 @@ pub(crate) fn read(
     let (y, names) = labels(&all, &y_name, &file, names)?;
     let form = described(table, &columns, channels.len());
     let read_as = iter::once(form).chain(timing.map(|timing| timing.to_string())).collect();
-    let used: Vec<usize> = columns.used().collect();
-    let is_other = |at: &usize| ![&used, &channels, &texts].iter().any(|columns| columns.contains(at));
-    let ignored =
-        (0..table.header.len()).filter(is_other).map(|at| format!("column {:?}", name(at))).collect();
+    let used: Vec<usize> = columns.used().chain(channels.iter().chain(&texts).copied()).collect();
+    let others = (0..table.header.len()).filter(|at| !used.contains(at));
+    let ignored = others.map(|at| format!("column {:?}", name(at))).collect();
     let groups = groups(&all, columns.group.map(name), &file, options)?;
     let official =
         columns.test.map(|at| (name(at), all.iter().filter_map(|recording| recording.mark).collect()));
