@@ -169,7 +169,7 @@ fn an_imported_network_trains_is_judged_and_shipped() {
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path();
     fs::copy(fixture("cnn1d.script.onnx"), here.join("mine.onnx")).unwrap();
-    good(&["import", text(&here.join("mine.onnx")), "--output", text(&here.join("own.safetensors"))]);
+    good(&["import", text(&here.join("mine.onnx")), "--output", text(&here.join("imported.safetensors"))]);
     let networks = "[[networks]]\nonnx = \"mine.onnx\"\n[[networks]]\nfile = \"imported.safetensors\"\n\
                     [[networks]]\nonnx = \"mine.onnx\"\nlabel = \"fresh\"\nfresh = true\n[[networks]]\nname = \"mlp\"\n";
     let (run, shipped) = (here.join("run"), here.join("model.safetensors"));
@@ -178,7 +178,7 @@ fn an_imported_network_trains_is_judged_and_shipped() {
         assert!(table.contains(label), "{table}");
     }
     let fold = |label: &str| Model::open(&run.join(format!("models/{label}.r0.f0.safetensors"))).unwrap();
-    let [mine, imported, fresh] = ["mine", "own", "fresh"].map(fold);
+    let [mine, imported, fresh] = ["mine", "imported", "fresh"].map(fold);
     let weight = |model: &Model| model.weights().get("features.0.weight").unwrap().clone();
     // One start, one recipe: the same network; drawn anew it is another.
     assert_eq!(weight(&mine), weight(&imported));
