@@ -62,7 +62,7 @@ fn a_model_behind_its_guard_answers_broken_recordings() {
     let said = taxel(&predict);
     let (table, summary) = (String::from_utf8(said.stdout).unwrap(), String::from_utf8(said.stderr).unwrap());
     assert!(table.contains(&format!("channel {channel} (at full scale)")), "{table}");
-    assert!(summary.contains("the guard replaced readings in 90 of 90 samples: channel "), "{summary}");
+    assert!(summary.contains("the guard replaced values in 90 of 90 samples: channel "), "{summary}");
     assert!(summary.contains("--no-guard leaves them"), "{summary}");
     let csv = out(&[&predict[..], &["--format", "csv"]].concat());
     assert!(csv.lines().next().unwrap().ends_with(",replaced"), "{csv}");

@@ -174,7 +174,7 @@ fn an_imported_network_trains_is_judged_and_shipped() {
                     [[networks]]\nonnx = \"mine.onnx\"\nlabel = \"fresh\"\nfresh = true\n[[networks]]\nname = \"mlp\"\n";
     let (run, shipped) = (here.join("run"), here.join("model.safetensors"));
     let table = good(&["run", text(&config(here, networks)), "--output", text(&run)]);
-    for label in ["mine", "own", "fresh", "mlp"] {
+    for label in ["mine", "imported", "fresh", "mlp"] {
         assert!(table.contains(label), "{table}");
     }
     let fold = |label: &str| Model::open(&run.join(format!("models/{label}.r0.f0.safetensors"))).unwrap();

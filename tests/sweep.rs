@@ -298,7 +298,7 @@ fn what_cannot_be_done_is_said() {
     assert_eq!(refused.status.code(), Some(1));
     assert!(said(&refused).contains("was planned by taxel 0.0.1 of old"), "{}", said(&refused));
     let error = said(&taxel(&["run"], &bench.path("nowhere"), &[]));
-    assert!(error.contains("holds no manifest.jsonl"), "{error}");
+    assert!(error.contains("nowhere: no such file or folder; check the path"), "{error}");
 }
 
 /// A stand-in for Slurm's `sbatch` that runs each task at once.

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
+use taxel_base::names::unknown;
 use taxel_data::{Layout, ReadOptions};
 use taxel_learn::{Check, Problem, require, within};
 use toml::{Table, Value};
@@ -103,13 +104,15 @@ pub fn settings(options: &ReadOptions) -> Vec<String> {
 }
 
 /// Lists all keys that an unknown one of the table itself could have been.
-fn with_shared(mut misread: Misread, others: &[&str]) -> Misread {
-    let is_of_table = misread.unknown.is_some() && misread.key.matches('.').count() == 1;
-    for key in others.iter().chain(&SHARED_KEYS).filter(|_| is_of_table).map(|key| format!("`{key}`")) {
-        if !misread.message.contains(&key) {
-            misread.message.push_str(&format!(", {key}"));
+fn with_shared(mut misread: Misread, others: &[&'static str]) -> Misread {
+    let is_of_table = !misread.expected.is_empty() && misread.key.matches('.').count() == 1;
+    let Some(field) = misread.unknown.as_ref().filter(|_| is_of_table) else { return misread };
+    for key in others.iter().chain(&SHARED_KEYS) {
+        if !misread.expected.contains(key) {
+            misread.expected.push(key);
         }
     }
+    misread.message = unknown("field", field, &misread.expected);
     misread
 }
 

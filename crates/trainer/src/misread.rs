@@ -15,18 +15,20 @@ pub(crate) struct Misread {
     pub message: String,
     /// The key that no setting has, where that is the mistake.
     pub unknown: Option<String>,
+    /// The keys that would do in its place.
+    pub expected: Vec<&'static str>,
 }
 
 impl Misread {
     /// Makes an error of a value at `key`.
     pub fn new(key: impl Into<String>, message: impl Into<String>) -> Self {
-        Misread { key: key.into(), message: message.into(), unknown: None }
+        Misread { key: key.into(), message: message.into(), unknown: None, expected: vec![] }
     }
 
     /// Makes an error of a key that has another name now.
     pub fn renamed(old: &str, new: &str) -> Self {
         let message = format!("unknown field `{old}`: it is called `{new}` now");
-        Misread { key: old.into(), message, unknown: Some(old.into()) }
+        Misread { unknown: Some(old.into()), ..Misread::new(old, message) }
     }
 
     /// Returns the same, seen from the table or array that holds the value under `parent`.
@@ -51,7 +53,7 @@ impl de::Error for Misread {
 
     fn unknown_field(field: &str, expected: &'static [&'static str]) -> Self {
         let message = unknown("field", field, expected);
-        Misread { key: String::new(), message, unknown: Some(field.into()) }
+        Misread { unknown: Some(field.into()), expected: expected.to_vec(), ..Misread::new("", message) }
     }
 
     fn unknown_variant(variant: &str, expected: &'static [&'static str]) -> Self {

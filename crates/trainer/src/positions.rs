@@ -124,7 +124,7 @@ impl Positions {
 
     /// Makes an error of a value that could not be read, likewise.
     pub fn misread(&self, misread: Misread) -> Error {
-        let Misread { key, message, unknown } = misread;
+        let Misread { key, message, unknown, .. } = misread;
         let Some((place, exact)) = self.nearest(&key) else { return Error::config(&self.file, message) };
         let number = place.at.rsplit(':').next().unwrap_or_default();
         match (&place.inside, exact) {

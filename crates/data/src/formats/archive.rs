@@ -41,6 +41,7 @@ pub(crate) struct Texts {
 
 impl Texts {
     /// Takes the texts of a cell array of MATLAB, which lie column by column.
+    #[cfg(any(feature = "hdf5", feature = "matlab"))]
     pub fn of_cells(texts: &[String], rows: u64, columns: u64) -> Self {
         let shape = if rows.min(columns) == 1 { vec![rows * columns] } else { vec![rows, columns] };
         Self { shape, values: by_rows(texts, rows as usize, columns as usize) }
