@@ -1,6 +1,6 @@
 //! An open file of named arrays, whatever its format.
 
-use crate::formats::npy::{self, Cap, Header};
+use crate::formats::npy::{Cap, Header};
 use crate::layout::order::natural;
 use crate::{Error, Result};
 use std::io::Read;
@@ -44,7 +44,7 @@ impl Texts {
     #[cfg(any(feature = "hdf5", feature = "matlab"))]
     pub fn of_cells(texts: &[String], rows: u64, columns: u64) -> Self {
         let shape = if rows.min(columns) == 1 { vec![rows * columns] } else { vec![rows, columns] };
-        Self { shape, values: npy::by_rows(texts, rows as usize, columns as usize) }
+        Self { shape, values: crate::formats::npy::by_rows(texts, rows as usize, columns as usize) }
     }
 }
 
