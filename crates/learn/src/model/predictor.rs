@@ -81,7 +81,7 @@ impl Predictor {
     /// # Errors
     /// Samples of another shape than the model reads, or readings that are not finite or cannot be encoded.
     pub fn encode(&self, x: &RawSamples) -> Result<Vec<ArrayD<f32>>> {
-        self.encode_checked(&*self.kept(x)?)
+        self.encode_checked(&self.kept(x)?)
     }
 
     /// [`Predictor::encode`] of samples that are known to be of the model's shape, and finite.
