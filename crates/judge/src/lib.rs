@@ -26,7 +26,7 @@
 //!     .run_in(&out, &RunOptions::default(), &Silent, &AtomicBool::new(false))?;
 //!
 //! let case = Case::new(RunFolder::open(&out)?, presses)?;
-//! let judgement = judge(&case, &Options { budget: 0.01, ..Options::default() })?;
+//! let judgement = judge(&case, &JudgeOptions { budget: 0.01, ..JudgeOptions::default() })?;
 //! let choice = choose(&case, &judgement, &Criteria::default())?;
 //! assert_eq!(choice.chosen.as_deref(), Some("k-nn"));
 //! # Ok::<(), Box<dyn std::error::Error>>(())

@@ -15,7 +15,7 @@
 //! let (folder, registry) = (RunFolder::open("runs/glove".as_ref())?, Registry::built_in());
 //! let (experiment, dataset) = taxel_trainer::open(&folder, &registry)?;
 //! let case = Case::new(folder, dataset)?;
-//! let options = Options { axes: vec![Axis::Sensors, Axis::Rate], ..Options::default() };
+//! let options = ShrinkOptions { axes: vec![Axis::Sensors, Axis::Rate], ..ShrinkOptions::default() };
 //! let finished = shrink(
 //!     (&case, &experiment, &registry),
 //!     "resnet8-lite-1d",

@@ -19,7 +19,7 @@
 //! let net = Network::new("mine");
 //! let signal = net.input("signal", grasps.sample_shape());
 //! let features = signal.conv_bn_relu("stem", Conv::new(16, 5).same()).global_average_pool();
-//! let graph = net.finish(&[("logits", features.linear("fc", grasps.classes.len()))])?;
+//! let graph = net.finish(&[("logits", features.linear("fc", grasps.task().outputs()))])?;
 //! let mine = Candidate::network(graph, Recipe { epochs: 5, batch_size: 16, ..Recipe::default() });
 //!
 //! let validation = CrossValidation::new(&grasps).protocol(Protocol::k_fold(2)).candidate(mine.clone());

@@ -20,12 +20,12 @@ use crate::values::{Choice, CostKind, Criteria, Evidence, Judged, Judgement, MAJ
 /// Criteria outside their range, or a limit on losses without a stress test.
 ///
 /// ```no_run
-/// use taxel_judge::{Case, Criteria, Options, choose, judge};
+/// use taxel_judge::{Case, Criteria, JudgeOptions, choose, judge};
 /// use taxel_learn::RunFolder;
 ///
 /// let dataset = taxel_data::load("presses.npz".as_ref(), &taxel_data::ReadOptions::default())?;
 /// let case = Case::new(RunFolder::open("runs/presses".as_ref())?, dataset)?;
-/// let judgement = judge(&case, &Options::default())?;
+/// let judgement = judge(&case, &JudgeOptions::default())?;
 /// let choice = choose(&case, &judgement, &Criteria::default())?;
 /// println!("{}", choice.words.join("\n"));
 /// # Ok::<(), Box<dyn std::error::Error>>(())

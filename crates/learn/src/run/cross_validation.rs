@@ -36,7 +36,8 @@ use crate::run::run::ActiveRun;
 ///     .protocol(Protocol::k_fold(3))
 ///     .candidate(Candidate::baseline(Method::NearestNeighbours { k: 1 }))
 ///     .run()?;
-/// assert_eq!(results.networks[0].mean.map(|mean| mean.accuracy), Some(100.0));
+/// let mean = results.networks[0].mean.as_ref();
+/// assert_eq!(mean.and_then(|mean| mean.get("accuracy")), Some(100.0));
 /// # Ok::<(), taxel_learn::Error>(())
 /// ```
 pub struct CrossValidation<'a> {
