@@ -50,7 +50,11 @@ pub fn remove_parts(path: &Path) -> io::Result<()> {
         // The lock is held until the file is gone: a writer that has just created it sees that and takes another.
         let Ok(part) = File::open(entry.path()) else { continue };
         if part.try_lock().is_ok() {
-            fs::remove_file(entry.path())?;
+            match fs::remove_file(entry.path()) {
+                // Its writer has just given it its name.
+                Err(error) if error.kind() == io::ErrorKind::NotFound => {}
+                outcome => outcome?,
+            }
         }
     }
     Ok(())

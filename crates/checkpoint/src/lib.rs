@@ -91,8 +91,11 @@ pub fn write(path: &Path, weights: &Weights, text: &str) -> Result<()> {
 /// # Errors
 /// That of `bytes`, and a folder that is missing or cannot be written.
 pub fn write_bytes(path: &Path, bytes: std::result::Result<Vec<u8>, Cause>) -> Result<()> {
-    let write =
-        |bytes: Vec<u8>| remove_parts(path).and_then(|()| write_whole(path, &bytes)).map_err(Cause::Write);
+    let write = |bytes: Vec<u8>| {
+        // What cannot be removed is in nobody's way.
+        let _ = remove_parts(path);
+        write_whole(path, &bytes).map_err(Cause::Write)
+    };
     bytes.and_then(write).map_err(|cause| Error::new(path, cause))
 }
 
