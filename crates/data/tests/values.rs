@@ -31,6 +31,17 @@ fn values_are_saved_and_read_back_with_name_and_unit() {
 }
 
 #[test]
+fn named_quantities_are_values_whatever_they_hold() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("skin.npz");
+    let mut saved = presses(&[1.0, 2.0, 3.0]);
+    let fingers = ["left", "right"].map(|name| Quantity { name: name.into(), unit: Some("N".into()) });
+    saved.targets = Targets::Values(Values::new(fingers.to_vec(), vec![0.0, 1.0, 1.0, 0.0, 0.0, 1.0]));
+    saved.save(&path).unwrap();
+    assert_eq!(load(&path, &ReadOptions::default()).unwrap().targets, saved.targets);
+}
+
+#[test]
 fn floats_are_values_and_never_classes() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("skin.npz");

@@ -35,10 +35,7 @@ pub(crate) fn settle(raw: &mut Raw, options: &ReadOptions) -> LabelForm {
         // Texts, or numbers from 1: a column of zeros and ones has no names.
         return LabelForm::Unsaid;
     }
-    let class = |row: &[i64]| {
-        let one = row.iter().position(|value| *value == 1)?;
-        (row.iter().filter(|value| **value != 0).count() == 1).then_some(one as i64)
-    };
+    let class = |row: &[i64]| class_of(row).map(|class| class as i64);
     let classes: Option<Vec<i64>> = raw.y.chunks_exact(columns).map(class).collect();
     let Some(classes) = classes.filter(|classes| !classes.is_empty()) else { return LabelForm::Unsaid };
     raw.y = classes;
@@ -48,6 +45,12 @@ pub(crate) fn settle(raw: &mut Raw, options: &ReadOptions) -> LabelForm {
         raw.names = Some(Names { file: raw.y_name.clone(), columns: vec![numbers], is_given: false });
     }
     LabelForm::OneHot
+}
+
+/// Returns the place of the single 1 of a row of zeros; none for other rows.
+pub(crate) fn class_of<T: PartialEq + From<u8>>(row: &[T]) -> Option<usize> {
+    let one = row.iter().position(|value| *value == T::from(1))?;
+    (row.iter().filter(|value| **value != T::from(0)).count() == 1).then_some(one)
 }
 
 /// Refuses columns that are neither one-hot nor said to be attributes.

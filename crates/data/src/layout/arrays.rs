@@ -1,6 +1,7 @@
 //! Samples, labels and groups by name, from a file of named arrays.
 
 use crate::dataset::labels::by_name;
+use crate::dataset::one_hot::class_of;
 use crate::dataset::raw::{NamedColumn, Names, Raw, SampleFacts, name_of};
 use crate::dataset::spec_of::likeliest_layout;
 use crate::dataset::targets::{Quantity, Values};
@@ -296,17 +297,11 @@ fn read_values(
         }
         all.extend(values);
     }
-    let Some(width) = width.filter(|width| !is_one_hot(&all, *width)) else { return Ok(None) };
+    // Many frameworks store one-hot classes as floats; who names quantities means values.
+    let is_one_hot = |width: usize| width > 1 && all.chunks_exact(width).all(|row| class_of(row).is_some());
+    let is_values = |width: &usize| facts.quantities.is_some() || !is_one_hot(*width);
+    let Some(width) = width.filter(is_values) else { return Ok(None) };
     Ok(Some(Values::new(quantities(facts, &arrays.join(" with "), width)?, all)))
-}
-
-/// Whether each row has a single 1 among zeros: many frameworks store classes as such floats.
-fn is_one_hot(values: &[f32], width: usize) -> bool {
-    let is_class = |row: &[f32]| {
-        row.iter().all(|value| [0.0, 1.0].contains(value))
-            && row.iter().filter(|value| **value == 1.0).count() == 1
-    };
-    width > 1 && values.chunks_exact(width).all(is_class)
 }
 
 /// Returns the quantities of the columns of values: as the file of names says, or by the name of their array.
