@@ -138,7 +138,7 @@ fn resized(shape: &[usize], resize: Option<[usize; 2]>) -> Vec<usize> {
     }
 }
 
-/// Makes one plane per colour, resampled by a triangle filter where a size is given, then with the hash of the planes before;
+/// Makes one plane per colour, resampled where a size is given, then with the hash of the planes before;
 /// `white` is the largest value.
 fn planes<P: Pixel<Subpixel = f32> + 'static, T: Copy + Into<f32>>(
     stored: &[T],
@@ -147,21 +147,31 @@ fn planes<P: Pixel<Subpixel = f32> + 'static, T: Copy + Into<f32>>(
     white: f32,
 ) -> (Vec<f32>, Option<RowHash>) {
     let colours = usize::from(P::CHANNEL_COUNT);
-    let Some([height, width]) = resize else {
+    let Some(size) = resize else {
         return (by_plane(stored, colours).map(Into::into).collect(), None);
     };
     let hash = hash_row(by_plane(stored, colours).map(Into::<f32>::into));
     let from = [shape[shape.len() - 2], shape[shape.len() - 1]];
+    (resampled::<P, T>(stored, from, size, white), Some(hash))
+}
+
+/// Resamples pixels of `from` rows and columns to `size` by a triangle filter, one plane per colour.
+fn resampled<P: Pixel<Subpixel = f32> + 'static, T: Copy + Into<f32>>(
+    stored: &[T],
+    from: [usize; 2],
+    [height, width]: [usize; 2],
+    white: f32,
+) -> Vec<f32> {
     let image = ScaledImage::<P, T> { stored, size: from, white, pixel: PhantomData };
     let small =
         imageops::resize(&image, width as u32, height as u32, imageops::FilterType::Triangle).into_raw();
-    (by_plane(&small, colours).map(|value| value * white).collect(), Some(hash))
+    by_plane(&small, usize::from(P::CHANNEL_COUNT)).map(|value| value * white).collect()
 }
 
 /// Resamples a grey image `[H, W]` of values from 0 to `white` as image files are.
 #[cfg(feature = "mcap")]
 pub(crate) fn shrunk(values: &[f32], stored: [usize; 2], size: [usize; 2], white: f32) -> Vec<f32> {
-    planes::<Luma<f32>, f32>(values, &stored, Some(size), white).0
+    resampled::<Luma<f32>, f32>(values, stored, size, white)
 }
 
 /// Iterates over the values of pixel after pixel as one plane per colour.

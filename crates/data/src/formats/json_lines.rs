@@ -172,8 +172,8 @@ struct TimeStep {
 }
 
 impl TimeStep {
-    fn reader(&mut self) -> JsonNumbers<'_> {
-        JsonNumbers { out: &mut self.numbers, wanted: None, most: MAX_NUMBERS }
+    fn reader(&mut self) -> JsonNumbers<'_, f64> {
+        JsonNumbers { out: &mut self.numbers, convert: |number| number, wanted: None, most: MAX_NUMBERS }
     }
 }
 

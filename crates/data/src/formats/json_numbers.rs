@@ -10,27 +10,29 @@ use std::fmt;
 const ABOUT: [&str; 4] = ["header", "stamp", "timestamp", "layout"];
 
 /// Adds the numbers of a JSON value to `out`, in the order of the text. True is 1, null is NaN, texts are passed over.
-pub(crate) struct JsonNumbers<'a> {
-    pub out: &'a mut Vec<f64>,
+pub(crate) struct JsonNumbers<'a, T> {
+    pub out: &'a mut Vec<T>,
+    /// Makes a value of a number.
+    pub convert: fn(f64) -> T,
     /// Fields below which numbers are read (`["wrench", "force"]`), all where it is empty; none where objects are refused.
     pub wanted: Option<&'a [String]>,
     /// More numbers in `out` are refused.
     pub most: usize,
 }
 
-impl JsonNumbers<'_> {
+impl<T> JsonNumbers<'_, T> {
     fn add<E: Error>(self, value: f64) -> Result<(), E> {
         if self.out.len() >= self.most {
             return Err(E::custom(format!("more than {} numbers", self.most)));
         }
         if self.wanted.is_none_or(<[String]>::is_empty) {
-            self.out.push(value);
+            self.out.push((self.convert)(value));
         }
         Ok(())
     }
 }
 
-impl<'de> DeserializeSeed<'de> for JsonNumbers<'_> {
+impl<'de, T> DeserializeSeed<'de> for JsonNumbers<'_, T> {
     type Value = ();
 
     fn deserialize<D: Deserializer<'de>>(self, reader: D) -> Result<(), D::Error> {
@@ -38,7 +40,7 @@ impl<'de> DeserializeSeed<'de> for JsonNumbers<'_> {
     }
 }
 
-impl<'de> Visitor<'de> for JsonNumbers<'_> {
+impl<'de, T> Visitor<'de> for JsonNumbers<'_, T> {
     type Value = ();
 
     fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
@@ -99,7 +101,7 @@ mod tests {
         let wanted: Vec<String> = wanted.iter().map(ToString::to_string).collect();
         let mut out = vec![];
         let mut reader = serde_json::Deserializer::from_slice(text);
-        let numbers = JsonNumbers { out: &mut out, wanted: Some(&wanted), most: 9 };
+        let numbers = JsonNumbers { out: &mut out, convert: |value| value, wanted: Some(&wanted), most: 9 };
         numbers.deserialize(&mut reader).and_then(|()| reader.end())?;
         Ok(out)
     }

@@ -275,7 +275,7 @@ impl Header {
         let shape = IxDyn(&axes).set_f(self.fortran);
         let array = ArrayD::from_shape_vec(shape, values)
             .map_err(|e| Error::NotAnArray { at: at.into(), why: e.to_string() })?;
-        Ok(if self.fortran { array.as_standard_layout().into_owned() } else { array })
+        Ok(if array.is_standard_layout() { array } else { array.as_standard_layout().into_owned() })
     }
 
     /// Reads integers or booleans as i64 in C order, and also whole floats from a MATLAB file or of two axes. The stream

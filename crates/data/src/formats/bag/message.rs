@@ -68,12 +68,11 @@ impl Decoder {
                 Cdr::new(data)?.numbers(message, &fields, out)?;
             }
             Self::Json { fields } => {
-                let mut numbers = vec![];
                 let mut reader = serde_json::Deserializer::from_slice(data);
-                let seed = JsonNumbers { out: &mut numbers, wanted: Some(fields), most: usize::MAX };
+                let convert = |number: f64| number as f32;
+                let seed = JsonNumbers { out, convert, wanted: Some(fields), most: usize::MAX };
                 let read = seed.deserialize(&mut reader).and_then(|()| reader.end());
                 read.map_err(|e| format!("is no JSON ({e})"))?;
-                out.extend(numbers.into_iter().map(|number| number as f32));
             }
             Self::Image { size } => return image(data, *size, out),
         }
