@@ -9,7 +9,7 @@ use crate::shrunk::{Curve, Shrunk};
 fn difference(primary: &Primary, contrast: &Contrast) -> String {
     let signed = primary.show_signed();
     let interval = contrast.interval.map_or(String::new(), between(signed));
-    format!("{}{interval}", with_unit(primary, signed(zero(primary, contrast.difference))))
+    format!("{}{interval}", primary.with_points(&signed(zero(primary, contrast.difference))))
 }
 
 /// Returns a loss in words: `lost 3.1 points (1.0 to 5.2)`.
@@ -20,15 +20,10 @@ fn loss(primary: &Primary, contrast: &Contrast) -> String {
         format!(" ({low} to {high})")
     });
     if lost > 0.0 {
-        format!("lost {}{interval}", with_unit(primary, show(lost)))
+        format!("lost {}{interval}", primary.with_points(&show(lost)))
     } else {
         format!("lost nothing ({})", difference(primary, contrast))
     }
-}
-
-/// Returns a number with the unit of differences: `3.1 points`, `0.12 N`.
-fn with_unit(primary: &Primary, number: String) -> String {
-    format!("{number} {}", primary.points()).trim_end().into()
 }
 
 /// Returns 0 for values that would print as `-0.0`.
@@ -38,7 +33,7 @@ fn zero(primary: &Primary, value: f64) -> f64 {
 
 /// Returns a large loss in words: `30 points`, `1.25 N`.
 pub fn roughly(primary: &Primary, loss: f64) -> String {
-    with_unit(primary, if primary.is_percent() { format!("{loss:.0}") } else { digits(loss) })
+    primary.with_points(&if primary.is_percent() { format!("{loss:.0}") } else { digits(loss) })
 }
 
 /// Names the knee of a curve with its evidence: how it does on the test parts, and what the next smaller setting loses.

@@ -60,8 +60,8 @@ fn is_best(choice: &Choice, chosen: &Evidence) -> String {
         .map(|evidence| match (&evidence.refused, evidence.p_holm) {
             (Some(reason), _) => format!("{} {reason}", evidence.network),
             (_, Some(p)) => {
-                let (by, points) = (primary.show_signed()(evidence.difference), primary.points());
-                format!("{} ({}, p {})", evidence.network, format!("{by} {points}").trim_end(), shown(p))
+                let by = primary.with_points(&primary.show_signed()(evidence.difference));
+                format!("{} ({by}, p {})", evidence.network, shown(p))
             }
             _ => evidence.network.clone(),
         })
@@ -293,7 +293,7 @@ fn number(primary: &Primary, value: f64) -> String {
 
 /// Returns the same with its unit: `3.1 points`.
 fn points(primary: &Primary, value: f64) -> String {
-    format!("{} {}", number(primary, value), primary.points()).trim_end().into()
+    primary.with_points(&number(primary, value))
 }
 
 fn rounded(ratio: f64) -> String {

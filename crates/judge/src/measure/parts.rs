@@ -63,8 +63,9 @@ pub(super) fn parts(case: &Case, names: &[&str], most: usize) -> Result<(Vec<Tes
     Ok((parts, of))
 }
 
-/// Predictors of a part without a guard, each with whether its model has one, and the guard of the fold.
+/// The samples of a part, its predictors without a guard, each with whether its model has one, and the guard of the fold.
 struct PartModels {
+    clean: ArrayD<f32>,
     predictors: Vec<(Predictor, bool)>,
     guard: Option<Arc<Guard>>,
     /// Whether each predicts with the guard and without.
@@ -103,19 +104,20 @@ pub(super) fn stressed_parts(
     (is_guarded, threads): (bool, usize),
     tick: &(dyn Fn() + Sync),
 ) -> Result<StressOutcomes> {
-    let mut all = StressOutcomes::default();
-    for part in parts {
-        let models = PartModels::new(case, part, is_guarded)?;
-        let outcomes = |corruption: &Corruption| {
-            let outcomes = models.outcomes(case, sensor, part, *corruption)?;
-            tick();
-            Ok(outcomes)
-        };
-        let done: Vec<StressOutcomes> =
-            on(threads, || corruptions.par_iter().map(outcomes).collect::<Result<_>>())?;
-        done.into_iter().for_each(|outcomes| all.extend(outcomes));
-    }
-    Ok(all)
+    on(threads, || {
+        let mut all = StressOutcomes::default();
+        for part in parts {
+            let models = PartModels::new(case, part, is_guarded)?;
+            let outcomes = |corruption: &Corruption| {
+                let outcomes = models.outcomes(case, sensor, part, *corruption)?;
+                tick();
+                Ok(outcomes)
+            };
+            let done = corruptions.par_iter().map(outcomes).collect::<Result<Vec<_>>>()?;
+            done.into_iter().for_each(|outcomes| all.extend(outcomes));
+        }
+        Ok(all)
+    })
 }
 
 impl PartModels {
@@ -127,7 +129,8 @@ impl PartModels {
         for model in &models {
             predictors.push((model.predictor(BATCH, 1)?.guarded(None)?, model.card().guard.is_some()));
         }
-        Ok(PartModels { predictors, guard, both })
+        let clean = case.dataset.x.select(Axis(0), &part.rows);
+        Ok(PartModels { clean, predictors, guard, both })
     }
 
     fn outcomes(
@@ -137,12 +140,12 @@ impl PartModels {
         part: &TestPart,
         broken: Corruption,
     ) -> Result<StressOutcomes> {
-        let clean = case.dataset.x.select(Axis(0), &part.rows);
-        let x = match broken {
-            Some((fault, severity)) => corrupt(case, sensor, &clean, part, fault, severity)?,
-            None => clean.clone(),
-        };
-        let behind = self.guard.as_ref().map(|guard| mended(guard, &x));
+        let clean = &self.clean;
+        let corrupted = broken
+            .map(|(fault, severity)| corrupt(case, sensor, clean, part, fault, severity))
+            .transpose()?;
+        let x = corrupted.as_ref().unwrap_or(clean);
+        let behind = self.guard.as_ref().map(|guard| mended(guard, x));
         let alarms = match (&self.guard, &behind, broken) {
             (Some(guard), Some((_, found)), None) => Some(Alarms::of(guard, found)),
             _ => None,
@@ -155,10 +158,10 @@ impl PartModels {
             if left_out.zip(broken).is_some_and(|(left_out, (fault, _))| left_out != fault) {
                 continue;
             }
-            let without = if self.both || !is_guarded { Some(predict(predictor, &clean, &x)?) } else { None };
+            let without = if self.both || !is_guarded { Some(predict(predictor, clean, x)?) } else { None };
             let with = match &behind {
                 Some((mended, found)) if self.both || *is_guarded => {
-                    Some(predict_behind(predictor, &clean, mended, found, without.as_ref())?)
+                    Some(predict_behind(predictor, clean, mended, found, without.as_ref())?)
                 }
                 _ => None,
             };

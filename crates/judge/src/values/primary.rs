@@ -265,15 +265,19 @@ impl Primary {
         if self.is_percent() { "points" } else { self.unit() }
     }
 
+    /// Returns a printed difference with its unit: `3.1 points`, `0.12 N`.
+    pub fn with_points(&self, number: &str) -> String {
+        format!("{number} {}", self.points()).trim_end().into()
+    }
+
     /// Returns a margin as it was given: `5 points`, `0.0213 N`.
     pub fn margin(&self, margin: f64) -> String {
-        let shown = if self.is_percent() { margin.to_string() } else { digits(margin) };
-        format!("{shown} {}", self.points()).trim_end().into()
+        self.with_points(&if self.is_percent() { margin.to_string() } else { digits(margin) })
     }
 
     /// Returns a difference with its unit, without a minus of a rounded zero: `3.1 points`, `0.12 N`.
     pub fn difference(&self, value: f64) -> String {
-        format!("{} {}", self.show()(value), self.points()).trim_end().into()
+        self.with_points(&self.show()(value))
     }
 
     /// Returns what losses are counted in, in a sentence: `percentage points`, `N`.

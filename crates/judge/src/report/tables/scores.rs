@@ -63,13 +63,16 @@ pub(in crate::report) fn networks(judgement: &Judgement, choice: Option<&Choice>
     let loss = |n: &Judged| judgement.stress.as_ref()?.mean_loss(&n.results.network);
     let role = |n: &Judged| {
         let name = Some(n.results.network.as_str());
-        let best = choice.is_some_and(|c| Some(c.best.as_str()) == name);
-        match name {
-            name if choice.and_then(|c| c.chosen.as_deref()) == name => "recommended",
-            _ if n.results.diverged > 0 => "diverged",
-            _ if best => "most accurate",
-            _ if n.on_front => "on the front",
-            _ => "dominated",
+        if choice.and_then(|c| c.chosen.as_deref()) == name {
+            "recommended"
+        } else if n.results.diverged > 0 {
+            "diverged"
+        } else if choice.map(|c| c.best.as_str()) == name {
+            "most accurate"
+        } else if n.on_front {
+            "on the front"
+        } else {
+            "dominated"
         }
     };
     let speed =
