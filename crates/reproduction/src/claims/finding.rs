@@ -5,7 +5,7 @@ use std::cmp::Ordering;
 use super::benchmark::{Benchmark, RunNetwork};
 use super::claim::Verdict;
 use taxel::judge::Result;
-use taxel::judge::{Effect, Predicted};
+use taxel::judge::{Effect, Predicted, Statistic};
 
 /// Result of testing a claim on a run.
 #[derive(Debug, Clone, PartialEq)]
@@ -67,6 +67,23 @@ pub(super) fn accuracy(both: &[Predicted]) -> Option<f64> {
     Some(both[0].accuracy(None) - both[1].accuracy(None))
 }
 
+/// Measures `statistic` of `one` and each of `others` on the test parts that they share; `words` describe an effect by
+/// `one less other`.
+pub(super) fn effects(
+    run: &Benchmark,
+    one: &RunNetwork,
+    others: &[&RunNetwork],
+    (statistic, confidence): (Statistic, f64),
+    words: impl Fn(&str) -> String,
+) -> Result<Vec<(String, Effect)>> {
+    let mut found = vec![];
+    for other in others {
+        let effect = run.comparison.effect(&[&one.name, &other.name], statistic, confidence)?;
+        found.extend(effect.map(|effect| (words(&format!("{} less {}", one.name, other.name)), effect)));
+    }
+    Ok(found)
+}
+
 /// Tests that `entry` is less than `margin` points worse than each of `others`.
 pub(super) fn not_worse(
     run: &Benchmark,
@@ -74,13 +91,6 @@ pub(super) fn not_worse(
     others: &[&RunNetwork],
     margin: f64,
 ) -> Result<Finding> {
-    let mut effects = vec![];
-    for other in others {
-        if let Some(effect) = run.comparison.effect(&[&entry.name, &other.name], &accuracy, 0.95)? {
-            let effect_text =
-                format!("accuracy: {} less {}, points; holds above -{margin}", entry.name, other.name);
-            effects.push((effect_text, effect));
-        }
-    }
-    Ok(against_all(-margin, effects))
+    let words = |pair: &str| format!("accuracy: {pair}, points; holds above -{margin}");
+    Ok(against_all(-margin, effects(run, entry, others, (&accuracy, 0.95), words)?))
 }

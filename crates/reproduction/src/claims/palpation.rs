@@ -1,9 +1,9 @@
 //! Gandarias et al. 2019b and Pastor et al. 2019: sequences against single frames.
 
 use super::benchmark::{Benchmark, RunNetwork};
-use super::finding::{Finding, above, accuracy, against_all, lacks, nearest};
+use super::finding::{Finding, above, accuracy, against_all, effects, lacks, nearest};
+use taxel::judge::Predicted;
 use taxel::judge::Result;
-use taxel::judge::{Effect, Predicted};
 
 /// Returns TactNet3D among some entries: the one that bears its name first.
 fn three<'f>(entries: impl Iterator<Item = &'f RunNetwork>) -> Option<&'f RunNetwork> {
@@ -29,22 +29,11 @@ pub(super) fn three_beats_two(run: &Benchmark, count: usize) -> Result<Finding> 
     if two.is_empty() {
         return Ok(lacks(format!("a 2D network trained on {count} samples per class")));
     }
-    against_two(run, three, &two, 0.95).map(|effects| against_all(0.0, effects))
+    Ok(against_all(0.0, effects(run, three, &two, (&accuracy, 0.95), accuracy_words)?))
 }
 
-fn against_two(
-    run: &Benchmark,
-    three: &RunNetwork,
-    two: &[&RunNetwork],
-    confidence: f64,
-) -> Result<Vec<(String, Effect)>> {
-    let mut effects = vec![];
-    for other in two {
-        if let Some(effect) = run.comparison.effect(&[&three.name, &other.name], &accuracy, confidence)? {
-            effects.push((format!("accuracy: {} less {}, points", three.name, other.name), effect));
-        }
-    }
-    Ok(effects)
+fn accuracy_words(pair: &str) -> String {
+    format!("accuracy: {pair}, points")
 }
 
 /// Tests that the margin of TactNet3D is larger with the fewest than with the most samples per class.
@@ -95,7 +84,7 @@ pub(super) fn few_beat_many(run: &Benchmark, few: &[usize], many: &[usize]) -> R
     let mut cases = vec![];
     for (few, many) in &pairs {
         let (Some(three), two) = (three(run.with(*few)), two(run.with(*many))) else { continue };
-        let effects = against_two(run, three, &two, confidence)?;
+        let effects = effects(run, three, &two, (&accuracy, confidence), accuracy_words)?;
         cases.extend(effects.into_iter().min_by(nearest(0.0)));
     }
     let best = cases.into_iter().max_by(nearest(0.0));
@@ -126,14 +115,8 @@ pub(super) fn within_look_alikes(run: &Benchmark, count: usize) -> Result<Findin
         (errors > 0).then(|| 100.0 * f64::from(within) / f64::from(errors))
     };
     let more = |both: &[Predicted]| Some(inside(both[0])? - inside(both[1])?);
-    let mut effects = vec![];
-    for other in baselines {
-        if let Some(effect) = run.comparison.effect(&[&network.name, &other.name], &more, 0.95)? {
-            let text =
-                format!("errors inside look-alikes: {} less {}, % of errors", network.name, other.name);
-            effects.push((text, effect));
-        }
-    }
+    let words = |pair: &str| format!("errors inside look-alikes: {pair}, % of errors");
+    let effects = effects(run, network, &baselines, (&more, 0.95), words)?;
     Ok(if effects.is_empty() { lacks("errors to look at") } else { against_all(0.0, effects) })
 }
 
@@ -163,12 +146,6 @@ pub(super) fn twins_told_apart(run: &Benchmark, suffix: &str) -> Result<Finding>
         (all > 0).then(|| 100.0 - 100.0 * f64::from(mistaken) / f64::from(all))
     };
     let more = |both: &[Predicted]| Some(told_apart(both[0])? - told_apart(both[1])?);
-    let mut effects = vec![];
-    for other in baselines {
-        if let Some(effect) = run.comparison.effect(&[&network.name, &other.name], &more, 0.95)? {
-            let text = format!("twins told apart: {} less {}, % of their grasps", network.name, other.name);
-            effects.push((text, effect));
-        }
-    }
-    Ok(against_all(0.0, effects))
+    let words = |pair: &str| format!("twins told apart: {pair}, % of their grasps");
+    Ok(against_all(0.0, effects(run, network, &baselines, (&more, 0.95), words)?))
 }

@@ -3,7 +3,7 @@
 use taxel::learn::metrics::Confusion;
 
 use super::benchmark::{Benchmark, RunNetwork};
-use super::finding::{Finding, against_all, lacks, not_worse};
+use super::finding::{Finding, against_all, effects, lacks, not_worse};
 use taxel::judge::Result;
 use taxel::judge::statistics::{SpreadRatio, spread_ratio};
 use taxel::judge::{Effect, Predicted};
@@ -47,15 +47,10 @@ pub(super) fn beats(run: &Benchmark, one: &str, others: &[&str], measure: Measur
         _ => Some(predictions.accuracy(at)),
     };
     let difference = |both: &[Predicted]| Some(value(both[0])? - value(both[1])?);
-    let mut effects = vec![];
-    for other in others.iter().filter_map(|name| run.find(name)) {
-        let names = [entry.name.as_str(), other.name.as_str()];
-        if let Some(effect) = run.comparison.effect(&names, &difference, 0.95)? {
-            let of = attribute.map_or(String::new(), |name| format!(" of {name}"));
-            effects.push((format!("{what}{of}: {} less {}, points", entry.name, other.name), effect));
-        }
-    }
-    Ok(against_all(0.0, effects))
+    let others: Vec<&RunNetwork> = others.iter().filter_map(|name| run.find(name)).collect();
+    let of = attribute.map_or(String::new(), |name| format!(" of {name}"));
+    let words = |pair: &str| format!("{what}{of}: {pair}, points");
+    Ok(against_all(0.0, effects(run, entry, &others, (&difference, 0.95), words)?))
 }
 
 /// Returns the precision of the worst level that occurs, in %.

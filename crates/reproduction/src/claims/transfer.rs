@@ -1,7 +1,7 @@
 //! Rouhafzay et al. 2021: what tuning changes and freezing costs.
 
 use super::benchmark::{Benchmark, RunNetwork};
-use super::finding::{Finding, above, accuracy, against_all, lacks, not_worse};
+use super::finding::{Finding, above, accuracy, against_all, effects, lacks, not_worse};
 use taxel::judge::Effect;
 use taxel::judge::Result;
 use taxel::judge::statistics::{independent, ranks};
@@ -24,20 +24,18 @@ pub(super) fn tuned_beats_frozen(run: &Benchmark) -> Result<Finding> {
     };
     let named = |e: &RunNetwork| e.frozen.iter().any(|part| part == "features");
     let frozen = run.full().filter(|e| e.checkpoint && !e.frozen.is_empty() && (named(e) || is_unchanged(e)));
-    let mut effects = vec![];
+    let mut found = vec![];
     for one in frozen {
         let tuned =
             |e: &&RunNetwork| e.checkpoint && e.frozen.is_empty() && e.results().zoo == one.results().zoo;
         let Some(tuned) = run.full().find(tuned) else { continue };
-        if let Some(effect) = run.comparison.effect(&[&tuned.name, &one.name], &accuracy, 0.95)? {
-            let text = format!("accuracy of {}: {} less {}, points", one.results().zoo, tuned.name, one.name);
-            effects.push((text, effect));
-        }
+        let words = |pair: &str| format!("accuracy of {}: {pair}, points", one.results().zoo);
+        found.extend(effects(run, tuned, &[one], (&accuracy, 0.95), words)?);
     }
-    if effects.is_empty() {
+    if found.is_empty() {
         Ok(lacks("a network from a checkpoint both tuned and frozen up to its classifier"))
     } else {
-        Ok(against_all(0.0, effects))
+        Ok(against_all(0.0, found))
     }
 }
 
