@@ -16,7 +16,7 @@ const SHORT: usize = 16;
 /// | `pieces/<name>-<id>/` | run folders of one fold each |
 /// | `results/<id>.json` | the scores of a finished trial; `<id>.timing.json`: how long it took, and where |
 /// | `failed/<id>.json` | why a trial could not be run |
-/// | `leases/`, `work/` | who works on what, and as far as they are |
+/// | `claims/`, `work/` | who works on what, and as far as they are |
 /// | `collected/` | the page and the tables |
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SweepFolder {

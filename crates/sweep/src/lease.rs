@@ -1,6 +1,6 @@
 //! Who works on a trial: a lock with a heartbeat, for machines that share nothing but a folder.
 //!
-//! Taking a trial up makes the file `leases/<id>.<n>`, where `n` is one more than that of the last who did:
+//! Taking a trial up makes the file `claims/<id>.<n>`, where `n` is one more than that of the last who did:
 //! making it succeeds for one process only. A lease counts while its file is written to from time to time, or
 //! until it is given up. On the same machine the system says it sooner: the file is locked while its process lives.
 //!

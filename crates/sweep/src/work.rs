@@ -101,9 +101,13 @@ impl Worker<'_> {
             None => self.folder.run(&trial.name, identity),
             Some(_) => self.folder.piece(&trial.name, identity),
         };
-        let run = |this: &mut Self| this.run(trial, &lease.work()?, &out);
         // A run folder without a result: its process was killed between the two.
-        match if out.is_dir() { Ok(()) } else { run(self) } {
+        let ended = if out.is_dir() {
+            Ok(())
+        } else {
+            lease.work().map_err(Ended::from).and_then(|work| self.run(trial, &work, &out))
+        };
+        match ended {
             Ok(()) => {}
             Err(Ended::Stopped) => {
                 lease.release()?;
