@@ -120,6 +120,11 @@ pub struct ReadOptions {
     #[cfg_attr(feature = "clap", arg(skip))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub channels: Option<Vec<usize>>,
+    /// Names of the channels that a model expects, in its order: recordings whose channels have names are matched by them. No
+    /// setting of a file.
+    #[cfg_attr(feature = "clap", arg(skip))]
+    #[serde(skip)]
+    pub channel_names: Vec<String>,
     /// Rows to leave out, after their copies were sought over all channels.
     #[cfg_attr(feature = "clap", arg(skip))]
     #[serde(skip_serializing_if = "Vec::is_empty")]

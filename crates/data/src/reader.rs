@@ -1,5 +1,6 @@
 //! The traits of readers, which take a path and return recordings, and of formats whose files hold one recording each.
 
+use crate::dataset::channel_names::places;
 use crate::dataset::digest::RowHash;
 use crate::dataset::raw::Raw;
 use crate::ending::has_ending;
@@ -182,6 +183,21 @@ pub(crate) struct Sample {
     /// Hash of the sample as stored, where `values` are not that.
     pub hash: Option<RowHash>,
     pub dtype: String,
+    /// Names of the channels, in their order; empty where the file names none.
+    pub channel_names: Vec<String>,
+}
+
+impl Sample {
+    /// Brings the channels into the order of the `wanted` names. A sample without names keeps its order.
+    pub fn arrange(&mut self, wanted: &[String]) -> Result<(), String> {
+        let Some(places) = places(wanted, &self.channel_names)? else { return Ok(()) };
+        let each = self.values.len() / self.channel_names.len();
+        self.values =
+            places.iter().flat_map(|at| &self.values[at * each..(at + 1) * each]).copied().collect();
+        self.shape[0] = places.len();
+        self.channel_names = wanted.to_vec();
+        Ok(())
+    }
 }
 
 /// Recordings of files in one format.
@@ -199,4 +215,6 @@ pub(crate) struct Recorded {
     pub read_as: Vec<String>,
     /// Topics that were read.
     pub topics: Vec<String>,
+    /// Names of the channels, in their order; empty where the files name none.
+    pub channel_names: Vec<String>,
 }

@@ -26,6 +26,8 @@ pub(crate) struct Raw {
     pub format: Option<Layout>,
     /// Samples, all channels, each as long as it was recorded.
     pub x: Ragged,
+    /// Names of all channels, in their order; empty where the files name none.
+    pub channel_names: Vec<String>,
     /// Names of the arrays of samples and labels, for messages.
     pub x_name: String,
     pub y_name: String,
@@ -66,6 +68,7 @@ impl Default for Raw {
             dtype: String::new(),
             format: None,
             x: Ragged::default(),
+            channel_names: vec![],
             x_name: "x".into(),
             y_name: "y".into(),
             y: vec![],

@@ -13,6 +13,9 @@ pub struct SampleSpec {
     pub layout: Layout,
     /// Lengths of the axes, in the order of [`Layout::axes`].
     pub shape: Vec<usize>,
+    /// Names of the channels of a sample, in their order; empty where its files name none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub channel_names: Vec<String>,
     /// Indices along the first axis of a recording that are kept, in this order; none where all are.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub channels: Option<Vec<usize>>,
@@ -48,6 +51,7 @@ impl SampleSpec {
         Self {
             layout,
             shape: shape.to_vec(),
+            channel_names: vec![],
             channels: None,
             length: None,
             topics: vec![],

@@ -52,7 +52,12 @@ pub(crate) fn spec_of(
         }
         _ => recorded,
     };
+    let channel_names = match &options.channels {
+        Some(kept) => kept.iter().filter_map(|channel| raw.channel_names.get(*channel).cloned()).collect(),
+        None => raw.channel_names.clone(),
+    };
     Ok(SampleSpec {
+        channel_names,
         channels: options.channels.clone(),
         length: rule,
         topics: raw.topics.clone(),

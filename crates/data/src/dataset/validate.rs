@@ -1,5 +1,6 @@
 //! Checks stored arrays: labels, groups, channels, values.
 
+use crate::dataset::channel_names::places;
 use crate::dataset::problems::Problems;
 use crate::dataset::raw::{Names, Raw};
 use crate::length::ragged::Ragged;
@@ -9,8 +10,12 @@ use crate::{Error, Result};
 /// Label of a row whose stored label is unusable; only inside a card.
 const NO_LABEL: u32 = u32::MAX;
 
-/// Returns the channels to keep; none for all of them.
+/// Returns the channels to keep; none for all of them. Channels that have names are found by these.
 pub(crate) fn channels(raw: &Raw, options: &ReadOptions) -> Result<Option<Vec<usize>>> {
+    let by_name = places(&options.channel_names, &raw.channel_names);
+    if let Some(places) = by_name.map_err(|why| Error::file(&raw.file, why))? {
+        return Ok(Some(places));
+    }
     let Some(channels) = &options.channels else {
         return Ok(None);
     };

@@ -34,19 +34,19 @@ impl FileFormat for Csv {
 
     fn read(&self, path: &Path, options: &ReadOptions) -> Result<Sample> {
         let text = read_text(path, &options.limits)?;
-        let (shape, values) = read(&text, &path.display().to_string(), options.limits.max_values)?;
-        Ok(Sample { shape, values, hash: None, dtype: "csv".into() })
+        read(&text, &path.display().to_string(), options.limits.max_values)
     }
 }
 
-/// Reads `text` as one sample `[channels, time]`: its shape and values.
+/// Reads `text` as one sample `[channels, time]`.
 ///
 /// Columns are separated by commas. A first row without any number is a header. `file` is for
 /// messages, `limit` the most values allowed.
-fn read(text: &str, file: &str, limit: u64) -> Result<(Vec<usize>, Vec<f32>)> {
+fn read(text: &str, file: &str, limit: u64) -> Result<Sample> {
     let text = without_mark(text);
     let mut reader = csv_reader(text, b',', false);
     let (mut first_line, mut width, mut rows) = (0, None, 0);
+    let mut channel_names = vec![];
     // Row after row as read; turned to one channel after the other below.
     let mut values: Vec<f32> = Vec::new();
     let mut record = csv::StringRecord::new();
@@ -62,6 +62,7 @@ fn read(text: &str, file: &str, limit: u64) -> Result<(Vec<usize>, Vec<f32>)> {
         }
         let is_header = line == first_line && record.iter().all(|f| f.parse::<f32>().is_err());
         if is_header && !is_other_separator(&record) {
+            channel_names = record.iter().map(String::from).collect();
             continue;
         }
         for (column, field) in record.iter().enumerate() {
@@ -88,7 +89,8 @@ fn read(text: &str, file: &str, limit: u64) -> Result<(Vec<usize>, Vec<f32>)> {
     for channel in 0..channels {
         sample.extend(values.iter().skip(channel).step_by(channels));
     }
-    Ok((vec![channels, rows], sample))
+    let shape = vec![channels, rows];
+    Ok(Sample { shape, values: sample, hash: None, dtype: "csv".into(), channel_names })
 }
 
 fn no_number(record: &csv::StringRecord, field: &str, file: &str, line: u64, column: usize) -> Error {
@@ -126,7 +128,7 @@ mod tests {
     use super::*;
 
     fn refused(text: &str) -> String {
-        read(text, "a.csv", 100).unwrap_err().to_string()
+        read(text, "a.csv", 100).err().unwrap().to_string()
     }
 
     #[test]
@@ -139,7 +141,8 @@ mod tests {
             "\u{feff}1,2\n3,4\n5,0.65e1",
             "\"t,0\",i\n1,2\n3,4\n5,6.5",
         ] {
-            assert_eq!(read(text, "a.csv", 6).unwrap(), want, "{text:?}");
+            let sample = read(text, "a.csv", 6).unwrap();
+            assert_eq!((sample.shape, sample.values), want, "{text:?}");
         }
     }
 

@@ -65,7 +65,8 @@ impl FileFormat for ImageFile {
             (_, 8) => planes::<Luma<f32>, u8>(&image.into_luma8(), &stored, resize, 255.0),
             (_, _) => planes::<Luma<f32>, u16>(&image.into_luma16(), &stored, resize, 65535.0),
         };
-        Ok(Sample { shape: resized(&stored, resize), values, hash, dtype: format!("png/jpeg u{bits}") })
+        let (shape, dtype) = (resized(&stored, resize), format!("png/jpeg u{bits}"));
+        Ok(Sample { shape, values, hash, dtype, channel_names: vec![] })
     }
 }
 

@@ -1,5 +1,6 @@
 //! Reads recordings in JSON Lines, a time step per line: an object of columns by name, or an array of numbers.
 
+use crate::dataset::channel_names::numbered;
 use crate::formats::clock::Timing;
 use crate::formats::json_numbers::JsonNumbers;
 use crate::formats::table::options::Clock;
@@ -65,6 +66,7 @@ fn read(root: &Path, found: &FoundFiles, options: &ReadOptions) -> Result<Record
         return Err(Error::file(at, why));
     }
     let x = timed.into_recordings(timing, &[], &at, options)?;
+    let channel_names = columns.channel_names();
     let mut read_as = vec![format!("lines of JSON: {}", columns.described())];
     read_as.extend(timing.map(|timing| timing.to_string()));
     Ok(Recorded {
@@ -76,6 +78,7 @@ fn read(root: &Path, found: &FoundFiles, options: &ReadOptions) -> Result<Record
         rate: timing.map(|timing| timing.rate()),
         read_as,
         topics: vec![],
+        channel_names,
     })
 }
 
@@ -101,6 +104,13 @@ impl LineColumns {
 
     fn width(&self) -> usize {
         self.start(self.names.len()) - usize::from(self.time.is_some())
+    }
+
+    /// Names the channels; empty where a line is an array.
+    fn channel_names(&self) -> Vec<String> {
+        let is_time = |at: usize| self.time.is_some_and(|(time, _)| time == at);
+        let columns = self.names.iter().enumerate().filter(|(at, _)| !is_time(*at));
+        numbered(columns.map(|(_, (name, count))| (name.as_str(), *count)))
     }
 
     fn described(&self) -> String {

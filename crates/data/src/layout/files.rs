@@ -77,6 +77,7 @@ pub(crate) fn read(place: &Place, found: FoundFiles, options: &ReadOptions) -> R
         ignored: found.ignored,
         read_as: [found.read_as, recorded.read_as].concat(),
         topics: recorded.topics,
+        channel_names: recorded.channel_names,
         is_folder: true,
         ..Raw::default()
     })
@@ -97,12 +98,15 @@ fn one_by_one(
         total_size(&file, found.files.len(), &shape, None, options)?;
     }
     let (mut row_hash, mut origins) = (Vec::new(), Vec::new());
+    let mut channel_names: Option<Vec<String>> = None;
     let mut collected = Collected::new(&file, options.limits).of_about(found.files.len());
     let mut dtype: Option<String> = None;
     for path in &found.files {
         refuse_empty(path)?;
-        let sample = format.read(path, options)?;
+        let mut sample = format.read(path, options)?;
         let name = path.display().to_string();
+        let wanted = channel_names.get_or_insert_with(|| sample.channel_names.clone());
+        sample.arrange(wanted).map_err(|why| Error::file(&name, format!("{why}, as {first} has them")))?;
         let first_dtype = dtype.get_or_insert_with(|| sample.dtype.clone());
         let layout = format.layout(sample.shape.len());
         let given = [options.layout, found.facts.layout, layout];
@@ -123,7 +127,17 @@ fn one_by_one(
         return Err(Error::NoSamples { at: file });
     };
     let layout = format.layout(x.sample_shape().len());
-    Ok(Recorded { x, dtype, layout, row_hash, origins, rate: None, read_as: vec![], topics: vec![] })
+    Ok(Recorded {
+        x,
+        dtype,
+        layout,
+        row_hash,
+        origins,
+        rate: None,
+        read_as: vec![],
+        topics: vec![],
+        channel_names: channel_names.unwrap_or_default(),
+    })
 }
 
 fn refuse_empty(path: &Path) -> Result<()> {

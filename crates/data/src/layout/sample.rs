@@ -18,5 +18,11 @@ pub(crate) fn one(header: &npy::Header, reader: &mut dyn Read, at: &str, limits:
     }
     let array = header.read_f32(reader, at, npy::Cap::of_samples(limits))?;
     let shape = array.shape().to_vec();
-    Ok(Sample { shape, values: array.into_iter().collect(), hash: None, dtype: header.dtype.clone() })
+    Ok(Sample {
+        shape,
+        values: array.into_iter().collect(),
+        hash: None,
+        dtype: header.dtype.clone(),
+        channel_names: vec![],
+    })
 }

@@ -152,6 +152,7 @@ pub(crate) fn read(
         file,
         dtype: table.dtype().into(),
         format: layout(&columns),
+        channel_names: channels.iter().map(|at| name(*at)).collect(),
         x_name: "the table".into(),
         y_name,
         y,

@@ -1,0 +1,44 @@
+//! Matches channels by their names.
+
+/// Returns where each `wanted` channel is among those `held`; none where the order is the same, or where one of the two has no
+/// names and channels are matched by their place.
+///
+/// # Errors
+///
+/// What is missing, in words; names that occur twice say nothing about which is which.
+pub(crate) fn places(wanted: &[String], held: &[String]) -> Result<Option<Vec<usize>>, String> {
+    if wanted == held || wanted.is_empty() || held.is_empty() {
+        return Ok(None);
+    }
+    let place = |name: &String| {
+        let mut at = (0..held.len()).filter(|at| held[*at] == *name);
+        match (at.next(), at.next()) {
+            (Some(one), None) => Ok(one),
+            (None, _) => Err(format!("has no channel {name:?}; it has {}", listed(held))),
+            (Some(_), Some(_)) => Err(format!("has two channels {name:?}; rename one")),
+        }
+    };
+    wanted.iter().map(place).collect::<Result<_, _>>().map(Some)
+}
+
+/// Names the channels of columns that hold several numbers each: `force`, `imu[0]`, `imu[1]`; none where a column has no name.
+pub(crate) fn numbered<'n>(columns: impl Iterator<Item = (&'n str, usize)>) -> Vec<String> {
+    let mut all = vec![];
+    for (name, count) in columns {
+        match (name, count) {
+            ("", _) => return vec![],
+            (_, 1) => all.push(name.into()),
+            _ => all.extend((0..count).map(|i| format!("{name}[{i}]"))),
+        }
+    }
+    all
+}
+
+/// Lists names for a message.
+pub(crate) fn listed(names: &[String]) -> String {
+    const MOST: usize = 16;
+    match names.len().saturating_sub(MOST) {
+        0 => names.join(", "),
+        more => format!("{} and {more} more", names[..MOST].join(", ")),
+    }
+}
