@@ -59,6 +59,14 @@ pub enum Error {
         /// The mismatch.
         reason: String,
     },
+    /// Targets that are values, for a network that learns classes or levels.
+    #[error(
+        "{network}: learns classes or levels, and the targets are values; run a baseline of values, such as ridge"
+    )]
+    LabelsOnly {
+        /// Name of the network.
+        network: String,
+    },
     /// A network with more or fewer outputs than there are classes.
     #[error("{network} answers with {outputs} numbers, the samples have {classes} classes or levels")]
     Outputs {
@@ -219,8 +227,7 @@ impl Error {
 
     /// Refuses targets that are values, for a network that learns classes or levels.
     pub fn labels_only(network: &str) -> Self {
-        let reason = "it learns classes or levels, and the targets are values: run a baseline of values, such as ridge";
-        Error::Input { network: network.into(), input: "targets".into(), reason: reason.into() }
+        Error::LabelsOnly { network: network.into() }
     }
 
     pub(crate) fn io(path: &Path, action: &'static str, source: std::io::Error) -> Self {

@@ -106,6 +106,31 @@ fn resuming_an_older_run_takes_the_digests_of_its_models() {
     assert!(error.contains("models/mlp.r0.f0.safetensors: is mlp of repetition 0, fold 1"), "{error}");
 }
 
+#[test]
+fn the_scores_of_an_older_run_are_read_as_they_were_written() {
+    let dataset = presses(45, 20);
+    let (_keep, folder) = run(small(&dataset));
+    let path = folder.file("results.json");
+    let written = json_of(&path);
+    let with = |change: &dyn Fn(&mut Value)| {
+        let mut results = written.clone();
+        for row in results["networks"].as_array_mut().unwrap() {
+            change(&mut row["mean"]);
+            change(&mut row["sd"]);
+            row["folds"].as_array_mut().unwrap().iter_mut().for_each(change);
+        }
+        fs::write(&path, results.to_string()).unwrap();
+        folder.finished(&dataset).map(|(results, _)| results.networks[0].score("accuracy"))
+    };
+    // A metric that the older version did not know.
+    let older = with(&|scores| {
+        assert!(scores.as_object_mut().unwrap().shift_remove("balanced_accuracy").is_some());
+    });
+    assert_eq!(older.unwrap(), written["networks"][0]["mean"]["accuracy"].as_f64());
+    let wrong = with(&|scores| scores["accuracy"] = json!(99.0));
+    assert!(wrong.unwrap_err().to_string().contains("are not those of the records"));
+}
+
 /// An MLP whose steps are far too large.
 fn wild(dataset: &Dataset, lr: f64) -> Candidate {
     let changes = json!({ "epochs": 3, "optimizer": { "name": "sgdm", "lr": lr } });

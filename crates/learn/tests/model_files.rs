@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use ndarray::Axis;
 use serde_json::{Value, json};
-use support::{bits, imprints, mlp, network, presses, recipe, squeezes};
+use support::{bits, imprints, mlp, network, presses, recipe, squeezes, two_attributes};
 use taxel_baselines::Method;
 use taxel_data::Dataset;
 use taxel_graph::{Tensor, Weights};
@@ -379,6 +379,35 @@ fn a_model_comes_back_from_its_bytes() {
         assert_eq!(bits(&a), bits(&b));
         let error = Model::from_bytes(&bytes[..bytes.len() - 4], "a pickle").unwrap_err().to_string();
         assert!(error.starts_with("a pickle: "), "{error}");
+    }
+}
+
+#[test]
+fn cards_of_formats_1_and_2_are_read_and_written_anew() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("old.safetensors");
+    let several = two_attributes();
+    let of_two = fit(&mlp(&several, recipe(json!({ "epochs": 1 }))), &several, &Encoding::default()).unwrap();
+    for (model, dataset) in small_models().into_iter().chain([(of_two, several)]) {
+        for format in [1, 2] {
+            let mut old = Parts::of(&model, dir.path());
+            let card = old.card.as_object_mut().unwrap();
+            let task = card.shift_remove("task").unwrap();
+            let attributes = match task.get("attributes") {
+                Some(attributes) => attributes.clone(),
+                None => json!([{ "name": "class", "classes": task["classes"] }]),
+            };
+            let kind = card.shift_remove("estimator").unwrap();
+            card.extend([("attributes".into(), attributes), ("anatomy".into(), kind)]);
+            card.insert("format".into(), json!(format));
+            old.write(&path);
+            let read = Model::open(&path).unwrap();
+            assert_eq!(read.card(), model.card());
+            let [a, b] = [&read, &model].map(|model| model.predict(&dataset.x).unwrap().outputs);
+            assert_eq!(bits(&a), bits(&b));
+            // A version that knows no newer format must not take it for one of its own.
+            assert_eq!(read.to_bytes().unwrap(), model.to_bytes().unwrap());
+        }
     }
 }
 

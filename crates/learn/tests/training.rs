@@ -122,6 +122,16 @@ fn early_stopping_keeps_the_best_epoch_and_ends() {
     assert_eq!(weights(&folder, 0), weights(&short, 0));
 }
 
+#[test]
+fn the_validation_score_of_an_epoch_is_the_primary_metric_whatever_it_stops_by() {
+    let by = |name: &str| json!({ "epochs": 4, "early_stopping": { "patience": 9, "validation": 0.4, "by": name } });
+    let scores = |name: &str| -> Vec<f64> {
+        let (_keep, folder) = run_tiny(by(name));
+        record(&folder, &key("mlp", 0, 0)).epochs.iter().map(|e| e.validation_score.unwrap()).collect()
+    };
+    assert_eq!(scores("brier"), scores("accuracy"));
+}
+
 /// An MLP whose folds choose among recipes that set `key` to each of `values`.
 fn choosing(dataset: &Dataset, rates: &[f64], batches: &[usize]) -> Candidate {
     let mut candidate = mlp(dataset, recipe(json!({})));
@@ -485,6 +495,7 @@ fn settings_out_of_range_are_named() {
         (json!({ "label_smoothing": 1.0 }), "label_smoothing"),
         (json!({ "early_stopping": { "patience": 0 } }), "early_stopping.patience"),
         (json!({ "early_stopping": { "validation": 1.0 } }), "early_stopping.validation"),
+        (json!({ "early_stopping": { "by": "acuracy" } }), "early_stopping.by"),
         (json!({ "augment": { "shift": -1.0 } }), "augment.shift"),
         (json!({ "loss": "mean-squared-error", "label_smoothing": 0.1 }), "label_smoothing"),
         (json!({ "loss": "mean-squared-error", "class_weights": "balanced" }), "class_weights"),

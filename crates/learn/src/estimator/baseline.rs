@@ -45,8 +45,8 @@ impl Estimator for Baseline {
         }
     }
 
-    fn check_samples(&self, name: &str, encoder: &Encoder) -> Result<()> {
-        match self.unfit(encoder.dataset().len(), encoder) {
+    fn check_samples(&self, name: &str, samples: usize, encoder: &Encoder) -> Result<()> {
+        match self.unfit(samples, encoder) {
             Some(reason) => Err(Error::Input { network: name.into(), input: SERIES.into(), reason }),
             None => Ok(()),
         }
@@ -76,7 +76,7 @@ impl Estimator for Baseline {
 
     /// The other baselines keep every sample that they are given, or look at none.
     fn gains_by_faults(&self) -> bool {
-        ["mini-rocket", "svm"].contains(&self.method.name())
+        matches!(self.method, Method::MiniRocket { .. } | Method::SvmLinear { .. } | Method::SvmRbf { .. })
     }
 
     fn costs(&self) -> Costs {
@@ -100,12 +100,13 @@ impl Estimator for Baseline {
         inputs[0].encoded.gather(&fold.test, &mut test);
         let start = Instant::now();
         let (mut outputs, mut test_loss) = (vec![], 0.0);
+        let mut test_seconds = 0.0;
         if !fold.test.is_empty() {
             outputs = threads.install(|| fitted.outputs(&test))?;
+            test_seconds = start.elapsed().as_secs_f64();
             let outcome = Outcome::new(&dataset.targets, &fold.test, outputs.clone());
             test_loss = outcome.loss(&dataset.task())?;
         }
-        let test_seconds = start.elapsed().as_secs_f64();
         let samples = fold.train.len() as u64;
         let fitted = Box::new(fitted);
         Ok(Some(Trained { fitted, outputs, test_loss, train_seconds, test_seconds, samples }))

@@ -155,13 +155,13 @@ impl Candidate {
         Ok(())
     }
 
-    /// Refuses samples that it cannot be trained on.
+    /// Refuses samples of which it cannot be trained on `samples`.
     ///
     /// # Errors
     /// The first thing that does not fit.
-    pub(crate) fn check_samples(&self, encoder: &Encoder) -> Result<()> {
+    pub(crate) fn check_samples(&self, samples: usize, encoder: &Encoder) -> Result<()> {
         self.check_faults(encoder.dataset())?;
-        self.estimator.check_samples(&self.name, encoder)
+        self.estimator.check_samples(&self.name, samples, encoder)
     }
 
     /// # Errors

@@ -33,11 +33,11 @@ pub trait Estimator: Debug + Send + Sync {
     /// The first that is out of range.
     fn check(&self) -> Result<()>;
 
-    /// Checks that it can learn from the encoder's samples; `name` is that of its candidate.
+    /// Checks that it can learn from `samples` of the encoder's samples; `name` is that of its candidate.
     ///
     /// # Errors
     /// Inputs that the encoding does not make, another number of outputs, settings that the task does not allow.
-    fn check_samples(&self, name: &str, encoder: &Encoder) -> Result<()>;
+    fn check_samples(&self, name: &str, samples: usize, encoder: &Encoder) -> Result<()>;
 
     /// Returns why it cannot be fitted to `samples` samples of the encoder's data set, where a run leaves it out.
     fn unfit(&self, _samples: usize, _encoder: &Encoder) -> Option<String> {

@@ -55,7 +55,7 @@ impl Fit<'_> {
         if candidate.estimator.as_network().is_some() {
             dataset.refuse_one_class()?;
         }
-        candidate.check_samples(encoder)?;
+        candidate.check_samples(dataset.len(), encoder)?;
         candidate.estimator.drawn()?;
         let (fold, cache) = (everything(dataset), FeatureCache::default());
         let job = FoldJob {

@@ -84,7 +84,7 @@ impl Estimator for Trainable {
         self.check_frozen()
     }
 
-    fn check_samples(&self, name: &str, encoder: &Encoder) -> Result<()> {
+    fn check_samples(&self, name: &str, _samples: usize, encoder: &Encoder) -> Result<()> {
         let task = encoder.dataset().task();
         if let Task::Values(_) = task {
             return Err(Error::labels_only(name));

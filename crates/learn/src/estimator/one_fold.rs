@@ -55,7 +55,7 @@ impl OneFold<'_> {
         cancel: &AtomicBool,
     ) -> Result<Option<Tested>> {
         let OneFold { candidate, protocol, seed, ref key, fold, teacher, threads } = *self;
-        candidate.check_samples(encoder)?;
+        candidate.check_samples(fold.train.len(), encoder)?;
         let cache = FeatureCache::default();
         let place = Some((key.repetition, key.fold));
         let job = FoldJob {

@@ -58,6 +58,7 @@ impl Search {
         let reason = "needs recipes to choose from";
         require(!self.grid.is_empty(), "grid", "[]", reason)?;
         share("validation", self.validation)?;
+        self.by.check("by")?;
         self.grid.iter().enumerate().try_for_each(|(i, tried)| {
             tried.recipe.check().map_err(|problem| problem.below(&format!("grid.{i}")))
         })

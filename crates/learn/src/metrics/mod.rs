@@ -30,6 +30,7 @@ pub use bootstrap::{Clusters, bootstrap, central, quantile};
 pub use levels::{LevelScores, Levels};
 pub use outcome::Outcome;
 pub use scores::Scores;
+pub(crate) use table::metric_names;
 pub use table::{Direction, Metric, MetricUnit, metrics};
 pub use taxel_baselines::softmax;
 

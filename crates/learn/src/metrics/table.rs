@@ -119,6 +119,11 @@ pub fn metrics(task: &Task) -> &'static [Metric] {
     }
 }
 
+/// Lists the names of the metrics of all tasks; one that several have comes once for each.
+pub(crate) fn metric_names() -> impl Iterator<Item = &'static str> {
+    OF_LABELS.iter().chain(OF_VALUES).map(|metric| metric.name)
+}
+
 impl Metric {
     const fn of_labels(name: &'static str, title: &'static str) -> Self {
         let (unit, direction) = (MetricUnit::Percent, Direction::Higher);

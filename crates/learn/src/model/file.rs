@@ -183,7 +183,7 @@ fn read_card(path: &Path, text: &str) -> Result<(Card, String)> {
     card.map(|card| (card, digest)).map_err(broken)
 }
 
-/// Returns a card of format 1 or 2 with its `attributes` as a `task`, and without the digest of its text.
+/// Returns a card of format 1 or 2 as one of this format: its `attributes` as a `task`, without the digest of its text.
 fn upgraded(mut card: Value) -> Value {
     let Some(fields) = card.as_object_mut() else { return card };
     fields.remove("digest");
@@ -193,6 +193,7 @@ fn upgraded(mut card: Value) -> Value {
         _ => json!({ "attributes": attributes }),
     };
     fields.insert("task".into(), task);
+    fields.insert("format".into(), json!(FORMAT));
     card
 }
 

@@ -64,7 +64,7 @@ impl<'a> RunPlan<'a> {
         for candidate in &candidates {
             candidate.check_faults(dataset)?;
             if candidate.estimator.as_network().is_some() {
-                candidate.check_samples(&encoder)?;
+                candidate.check_samples(dataset.len(), &encoder)?;
                 drawn.push((candidate.name.clone(), candidate.estimator.drawn()?));
             }
         }

@@ -299,8 +299,14 @@ impl NetworkResults {
             (Some(old), Some(new)) => old.is_part_of(new),
             (old, new) => old == new,
         };
-        let follows = same(&self.mean, &again.mean) && same(&self.sd, &again.sd);
+        let mut folds = self.folds.iter().zip(&again.folds);
+        let follows = same(&self.mean, &again.mean)
+            && same(&self.sd, &again.sd)
+            && folds.all(|(old, new)| old.scores.is_part_of(&new.scores));
         (again.mean, again.sd) = (self.mean.clone(), self.sd.clone());
+        for (new, old) in again.folds.iter_mut().zip(&self.folds) {
+            new.scores = old.scores.clone();
+        }
         Ok(follows && again == *self)
     }
 

@@ -9,6 +9,7 @@ use crate::error::{Error, Result};
 use crate::estimator::candidate::Candidate;
 use crate::estimator::train_fold::{FoldJob, train_fold};
 use crate::json_file::{write_atomic, write_json};
+use crate::metrics::Metric;
 use crate::model::Model;
 use crate::progress::Progress;
 use crate::run::assemble::{assemble, fill};
@@ -275,9 +276,10 @@ impl<'a> ActiveRun<'a> {
         };
         self.timings.push(write_json(&folder.timing_path(&timing.key), &timing, true)?);
         if !record.epochs.is_empty() {
+            let primary = Metric::primary(&self.plan.dataset.task());
             let events = folder.events_path(&record.key);
             std::fs::create_dir_all(&events).map_err(|e| Error::io(&events, "created", e))?;
-            write_atomic(&events.join("events.out.tfevents.0"), &tensorboard::events(&record))?;
+            write_atomic(&events.join("events.out.tfevents.0"), &tensorboard::events(&record, primary))?;
         }
         // Last: a fold with a record is a finished fold.
         self.records.push(write_json(&folder.record_path(&record.key), &record, false)?);

@@ -7,6 +7,7 @@
 use crc::{CRC_32_ISCSI, Crc};
 use prost::Message;
 
+use crate::metrics::Metric;
 use crate::run::records::FoldRecord;
 
 /// CRC-32C, by Castagnoli's polynomial.
@@ -40,8 +41,9 @@ struct Scalar {
     simple_value: Option<f32>,
 }
 
-/// Returns the file of one fold: one event per epoch with its losses and accuracies.
-pub(crate) fn events(record: &FoldRecord) -> Vec<u8> {
+/// Returns the file of one fold: one event per epoch with its losses and its values of the `primary` metric.
+pub(crate) fn events(record: &FoldRecord, primary: &Metric) -> Vec<u8> {
+    let [of_training, of_validation] = ["train", "validation"].map(|part| format!("{}/{part}", primary.name));
     let version =
         Event { wall_time: Some(0.0), file_version: Some("brain.Event:2".into()), ..Event::default() };
     let mut file = framed(&version);
@@ -49,9 +51,9 @@ pub(crate) fn events(record: &FoldRecord) -> Vec<u8> {
         let scalars = [
             ("lr", Some(epoch.lr)),
             ("loss/train", Some(epoch.train_loss)),
-            ("score/train", Some(epoch.train_score)),
+            (of_training.as_str(), Some(epoch.train_score)),
             ("loss/validation", epoch.validation_loss),
-            ("score/validation", epoch.validation_score),
+            (of_validation.as_str(), epoch.validation_score),
         ];
         file.extend(framed(&event(epoch.epoch, &scalars)));
     }

@@ -18,7 +18,7 @@ pub struct Epoch {
     /// smoothing and class weights.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub validation_loss: Option<f64>,
-    /// The metric of early stopping on the validation part, in its unit: the primary one, or the one that it stops by.
+    /// The primary metric on the validation part, in its unit.
     #[serde(default, alias = "validation_accuracy", skip_serializing_if = "Option::is_none")]
     pub validation_score: Option<f64>,
 }

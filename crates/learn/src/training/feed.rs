@@ -56,7 +56,7 @@ impl<'a> Feed<'a> {
         Feed { breaker, ..self }
     }
 
-    /// The same, for an engine that learns from what `still` makes of samples.
+    /// The same, for an engine that learns from `features` in place of samples.
     pub fn behind(self, features: Option<CachedFeatures>) -> Self {
         Feed { features, ..self }
     }

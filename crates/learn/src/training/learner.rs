@@ -222,17 +222,25 @@ impl<'d> Learner<'d> {
         Ok((logits, loss))
     }
 
-    /// Returns the mean loss of `rows`, and `metric` in its unit.
+    /// Returns the mean loss of `rows`, and each of `metrics` in its unit.
     ///
     /// # Errors
     /// An error of the engine.
-    pub fn validate(&mut self, rows: &[usize], metric: &Metric) -> Result<(f64, f64)> {
+    pub fn validate<const N: usize>(
+        &mut self,
+        rows: &[usize],
+        metrics: [&Metric; N],
+    ) -> Result<(f64, [f64; N])> {
         let mut logits = vec![];
         for rows in rows.chunks(self.batch) {
             logits.extend_from_slice(self.feed.forward(&mut self.engine, rows, Mode::Eval)?);
         }
         let loss = self.objective.value(&logits, &self.labels.of(rows));
-        Ok((loss, self.score(metric, logits, rows)?))
+        let mut scores = [0.0; N];
+        for (score, metric) in scores.iter_mut().zip(metrics) {
+            *score = self.score(metric, logits.clone(), rows)?;
+        }
+        Ok((loss, scores))
     }
 
     /// Returns the mean loss and the primary metric of the network as its file would predict now.

@@ -9,6 +9,7 @@ use crate::error::{Error, Result};
 use crate::estimator::estimator::TrainingSet;
 use crate::estimator::search::{Chosen, Trial};
 use crate::estimator::trainable::Trainable;
+use crate::metrics::Metric;
 use crate::model::digest;
 use crate::problem::Problem;
 use crate::run::records::OtherStatistics;
@@ -213,7 +214,8 @@ impl Training<'_> {
                     if !learner.settle(&rows, hooks)? {
                         return Ok(None);
                     }
-                    Some(learner.validate(&validation, metric)?)
+                    let (loss, [score]) = learner.validate(&validation, [metric])?;
+                    Some((loss, score))
                 }
                 // A rate that is too high loses the comparison; the others go on.
                 Err(Error::Diverged { .. }) => None,
@@ -271,12 +273,14 @@ impl Training<'_> {
                 if recipe.batch_norm == BatchNorm::Recomputed && !learner.recompute(rows, hooks)? {
                     return Ok(None);
                 }
-                let metric = stopping.by.metric("train.early_stopping.by", &self.set.dataset.task())?;
-                let (loss, score) = learner.validate(validation, metric)?;
+                let task = self.set.dataset.task();
+                let metric = stopping.by.metric("train.early_stopping.by", &task)?;
+                let both = [metric, Metric::primary(&task)];
+                let (loss, [score, primary]) = learner.validate(validation, both)?;
                 if !loss.is_finite() {
                     return Err(learner.diverged_at_the_end(loss as f32));
                 }
-                (line.validation_loss, line.validation_score) = (Some(loss), Some(score));
+                (line.validation_loss, line.validation_score) = (Some(loss), Some(primary));
                 let stage = &mut session.state.stage;
                 if stage.best.is_none_or(|b| stopping.by.prefers(metric, (loss, score), (b.loss, b.score))) {
                     stage.best = Some(Best { epoch, loss, score });

@@ -3,12 +3,13 @@
 //! The defaults are the recipe of Kaewrakmuk and Srinonchat 2026, Table 1 and section 5.1.
 
 use serde::{Deserialize, Serialize};
+use taxel_base::names::hint;
 use taxel_data::{Augment, Task};
 pub use taxel_engine::FrozenStatistics;
 use taxel_faults::TrainingFaults;
 use taxel_graph::{Loss, Scheme};
 
-use crate::metrics::{Metric, metrics};
+use crate::metrics::{Metric, metric_names, metrics};
 use crate::problem::{Check, Problem, fault_problem, require, share, within};
 use crate::training::optimizer::Optimizer;
 use crate::training::schedule::Schedule;
@@ -94,8 +95,15 @@ impl Criterion {
         let Criterion::Metric(name) = self else { return Ok(Metric::primary(task)) };
         Metric::named(task, name).ok_or_else(|| {
             let known = std::iter::once(LOSS).chain(metrics(task).iter().map(|metric| metric.name));
-            Problem::new(key, format!("{name:?}"), taxel_base::names::hint(name, known))
+            Problem::new(key, format!("{name:?}"), hint(name, known))
         })
+    }
+
+    /// Refuses a name that no metric of any task has, as the value of `key`.
+    pub(crate) fn check(&self, key: &str) -> Check {
+        let Criterion::Metric(name) = self else { return Ok(()) };
+        let known = || [LOSS].into_iter().chain(metric_names());
+        require(known().any(|metric| metric == name), key, format!("{name:?}"), &hint(name, known()))
     }
 
     /// Checks whether a validation's (loss, value of `metric`) are better than another's.
@@ -268,6 +276,7 @@ impl Recipe {
         if let Some(stopping) = &self.early_stopping {
             within("early_stopping.patience", stopping.patience, 1, 100_000)?;
             share("early_stopping.validation", stopping.validation)?;
+            stopping.by.check("early_stopping.by")?;
         }
         Ok(())
     }
