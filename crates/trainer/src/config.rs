@@ -103,7 +103,7 @@ pub struct Choose {
     /// Default 0.2.
     #[serde(default = "fifth")]
     pub validation: f64,
-    /// `loss` (default) or `accuracy`.
+    /// `loss` (default), or a metric of the task: `accuracy`.
     #[serde(default)]
     pub by: Criterion,
 }
@@ -164,6 +164,20 @@ struct Raw {
 }
 
 impl Config {
+    /// Lists the methods of its baselines.
+    pub(crate) fn methods(&self) -> Vec<Method> {
+        self.baselines.iter().map(|Baseline(method)| *method).collect()
+    }
+
+    /// Lists the same for targets that are values, with all methods that learn these where it names none.
+    pub(crate) fn methods_of_values(&self) -> Vec<Method> {
+        let mut methods = self.methods();
+        if !methods.iter().any(Method::learns_values) {
+            methods.extend(Method::of_values());
+        }
+        methods
+    }
+
     /// Resolves a raw table: fills in every default, merges every override.
     ///
     /// # Errors

@@ -97,10 +97,16 @@ pub(crate) const SCENE_KEYS: [&str; 4] = ["scene", "samples", "without", "set"];
 const SHARED_KEYS: [&str; 7] =
     ["full_scale", "layout", "rate", "each_frame", "attributes", "classes", "look_alikes"];
 
-/// Returns options as values for `--set`: `data.x="images"`.
+/// Returns options as values for `--set`: `data.x="images"`. A table of columns and a rule replace those of a config whole;
+/// limits are set one by one.
 pub fn settings(options: &ReadOptions) -> Vec<String> {
-    let keys = Table::try_from(options).map(|table| leaves(&table)).unwrap_or_default();
-    keys.into_iter().map(|(key, value)| format!("data.{key}={value}")).collect()
+    let mut keys = Table::try_from(options).unwrap_or_default();
+    let limits = match keys.remove("limits") {
+        Some(Value::Table(limits)) => leaves(&limits),
+        _ => vec![],
+    };
+    let limits = limits.into_iter().map(|(key, value)| (format!("limits.{key}"), value));
+    keys.into_iter().chain(limits).map(|(key, value)| format!("data.{key}={value}")).collect()
 }
 
 /// Lists all keys that an unknown one of the table itself could have been.
@@ -231,10 +237,9 @@ mod tests {
             settings(&options),
             [
                 "data.length={ kind = \"resample\", to = 300 }",
-                "data.limits.max_values=9",
-                "data.table.clock=\"ms\"",
-                "data.table.form=\"long\"",
-                "data.x=\"images\""
+                "data.table={ clock = \"ms\", form = \"long\" }",
+                "data.x=\"images\"",
+                "data.limits.max_values=9"
             ]
         );
         assert_eq!(settings(&ReadOptions::default()), [""; 0]);

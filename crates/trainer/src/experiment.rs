@@ -9,7 +9,7 @@ use toml::{Table, Value};
 use crate::config::Config;
 use crate::data::{Origin, RecordingsOrigin, SCENE_KEYS, SCENE_PATHS, SceneOrigin};
 use crate::error::{Error, Result};
-use crate::merge::{leaves, parse_value, put};
+use crate::merge::{leaves, parse_value, put, with_snake_keys};
 use crate::network::Network;
 use crate::positions::Positions;
 use crate::read::table_of;
@@ -61,6 +61,7 @@ impl Experiment {
         let mut positions = Positions::of(text, file)?;
         let syntax = |e: toml::de::Error| Error::config(file, e.message());
         let mut table: Table = toml::from_str(text).map_err(syntax)?;
+        with_snake_keys(&mut table);
         let quick = match table.remove("quick") {
             Some(Value::Table(quick)) => quick,
             Some(other) => return Err(Error::config(file, format!("quick = {other} must be a table"))),

@@ -86,6 +86,23 @@ pub(crate) fn put(
     Ok(())
 }
 
+/// Renames the keys of `[data]` that older versions wrote with a hyphen, such as `group-block`.
+pub(crate) fn with_snake_keys(table: &mut Table) {
+    let Some(Value::Table(data)) = table.get_mut("data") else { return };
+    let rename = |table: &mut Table| {
+        let old: Vec<String> = table.keys().filter(|key| key.contains('-')).cloned().collect();
+        for key in old {
+            if let Some(value) = table.remove(&key) {
+                table.entry(key.replace('-', "_")).or_insert(value);
+            }
+        }
+    };
+    rename(data);
+    if let Some(Value::Table(limits)) = data.get_mut("limits") {
+        rename(limits);
+    }
+}
+
 fn element<'a>(array: &'a mut Value, index: &str) -> std::result::Result<&'a mut Value, String> {
     let Value::Array(items) = array else { return Err("no array".into()) };
     let count = items.len();

@@ -15,9 +15,10 @@ use taxel_learn::{
 use taxel_zoo::{Entry, Registry, Settings, matlab};
 use toml::{Table, Value};
 
-use crate::config::{Baseline, Config};
+use crate::config::Config;
 use crate::error::{Error, Result};
 use crate::experiment::{Experiment, Overrides};
+use crate::merge::with_snake_keys;
 use crate::network::Network;
 use crate::network_file::read_network;
 
@@ -217,20 +218,16 @@ impl Runner<'_> {
 
     /// Returns the baselines of the experiment; for targets that are values all that learn them, where it names none.
     fn baselines(&self) -> Vec<Method> {
-        let mut methods: Vec<Method> =
-            self.experiment.config().baselines.iter().map(|Baseline(method)| *method).collect();
-        let of_values = self.dataset.targets.values().is_some();
-        if of_values && !methods.iter().any(Method::learns_values) {
-            methods.extend(Method::of_values());
-        }
-        methods
+        let config = self.experiment.config();
+        if self.dataset.targets.values().is_some() { config.methods_of_values() } else { config.methods() }
     }
 
     /// Returns the networks, then the baselines, sized by the samples; and the networks that take no such samples, with
     /// the reason.
     ///
     /// # Errors
-    /// Any other error of a network, and the first reason where no network is left.
+    /// Any other error of a network, and the first reason where no network is left: a run that asks for networks is not
+    /// one of baselines alone.
     fn candidates(&self, encoder: &mut Encoder) -> Result<(Vec<Candidate>, BTreeMap<String, String>)> {
         let networks = &self.experiment.config().networks;
         let (mut candidates, mut refused, mut first) = (vec![], BTreeMap::new(), None);
@@ -373,7 +370,9 @@ fn reason(error: &taxel_graph::Error) -> String {
 
 fn parsed(text: &str) -> Table {
     #[expect(clippy::expect_used, reason = "it was written as TOML a moment ago")]
-    toml::from_str(text).expect("a resolved config is TOML")
+    let mut table = toml::from_str(text).expect("a resolved config is TOML");
+    with_snake_keys(&mut table);
+    table
 }
 
 /// Describes the first dotted key, in order of the alphabet, whose values differ.

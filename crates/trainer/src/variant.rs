@@ -44,10 +44,10 @@ impl Experiment {
         let known = |network: &&Network| network.label == clean;
         if let Some(network) = config.networks.iter().find(known).cloned() {
             (config.networks, config.baselines) = (vec![network], vec![]);
-        } else if let Some(baseline) =
-            config.baselines.iter().find(|baseline| baseline.0.name() == clean).copied()
+        } else if let Some(method) =
+            config.methods_of_values().into_iter().find(|method| method.name() == clean)
         {
-            (config.networks, config.baselines) = (vec![], vec![baseline]);
+            (config.networks, config.baselines) = (vec![], vec![Baseline(method)]);
         } else {
             let labels = config.networks.iter().map(|network| network.label.as_str());
             let labels = labels.chain(config.baselines.iter().map(|Baseline(method)| method.name()));

@@ -37,6 +37,28 @@ fn defaults_are_the_papers_recipe() {
     assert_eq!((scene.scene.as_str(), scene.samples), ("fingertip", 60));
 }
 
+#[test]
+fn options_of_a_command_line_replace_those_of_a_config() {
+    use taxel_data::{Limits, ReadOptions, TableForm, TableOptions};
+    let text = r#"
+        name = "tiny"
+        networks = []
+        [data]
+        path = "a.csv"
+        table = { form = "long", recording = "grasp" }
+        limits = { max-values = 10 }
+    "#;
+    let options = ReadOptions {
+        table: TableOptions { form: Some(TableForm::Wide), ..TableOptions::default() },
+        limits: Limits { max_values: 20, ..Limits::default() },
+        ..ReadOptions::default()
+    };
+    let sets = taxel_trainer::settings(&options);
+    let read = parse_with(text, &Overrides { set: sets, ..Overrides::default() }).unwrap();
+    let Origin::Recordings(recordings) = &read.config().data.origin else { panic!("recordings") };
+    assert_eq!(recordings.options, options);
+}
+
 /// One optimiser, schedule or protocol takes nothing from another kind but what all optimisers have.
 #[test]
 fn a_table_of_another_kind_replaces_the_one_below() {

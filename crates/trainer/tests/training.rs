@@ -504,14 +504,19 @@ fn every_scene_feeds_its_papers_networks() {
 
 #[test]
 fn hardening_puts_every_network_beside_its_clean_twin() {
-    let sets =
-        ["harden={leave_out=[\"noise\"]}", "baselines=[\"majority\",\"mini-rocket\"]", "train.epochs=1"];
+    let sets = [
+        "harden={leave_out=[\"noise\"]}",
+        "baselines=[\"majority\",\"mini-rocket\",\"svm-rbf\"]",
+        "train.epochs=1",
+    ];
     let (_keep, folder) = run_tiny(&sets);
     let rows: Vec<String> =
         folder.results().unwrap().networks.iter().map(|network| network.network.clone()).collect();
-    let names = ["mlp", "majority", "mini-rocket", "mlp.hardened", "mlp.without-noise"];
-    assert_eq!(rows[..5], names);
-    assert_eq!(rows[5..], ["mini-rocket.hardened", "mini-rocket.without-noise"]);
+    let names = ["mlp", "majority", "mini-rocket", "svm-rbf", "mlp.hardened", "mlp.without-noise"];
+    assert_eq!(rows[..6], names);
+    let of_baselines =
+        ["mini-rocket.hardened", "mini-rocket.without-noise", "svm-rbf.hardened", "svm-rbf.without-noise"];
+    assert_eq!(rows[6..], of_baselines);
     // The clean rows are those of the run without the table, byte for byte.
     let (_keep, plain) = run_tiny(&["train.epochs=1"]);
     assert_eq!(model(&plain, 0), model(&folder, 0));
