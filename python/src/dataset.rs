@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use numpy::{IntoPyArray, PyArray1, PyArrayDyn, PyReadonlyArrayDyn};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use taxel::experiment::simulated;
@@ -129,6 +129,13 @@ impl Dataset {
     /// Returns the number of each sample's class; of values the part of the range that it lies in.
     fn y<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u32>> {
         self.inner.strata().into_owned().into_pyarray(py)
+    }
+
+    /// Returns the values of each sample `[n, quantities]`, if the targets are values.
+    fn values<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f32>>>> {
+        let Some(values) = self.inner.targets.values() else { return Ok(None) };
+        let shape = [self.inner.len(), values.quantities().len()];
+        Ok(Some(values.values().to_vec().into_pyarray(py).reshape(shape)?))
     }
 
     /// Returns the number of each sample's group, if there are groups.

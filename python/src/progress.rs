@@ -1,6 +1,6 @@
 //! A bar on a terminal, lines where somebody asks for them, or nothing.
 
-use std::io::IsTerminal;
+use std::io::{IsTerminal, Write};
 use std::sync::Mutex;
 
 use taxel::IndicatifProgress;
@@ -36,7 +36,7 @@ impl Progress for Lines {
     }
 
     fn fold(&self, key: &FoldKey, number: usize, total: usize) {
-        eprintln!("{} fold {} ({number} of {total})", key.network, key.fold);
+        print(&format!("{} fold {} ({number} of {total})", key.network, key.fold));
     }
 
     fn step(&self, work: u64) {
@@ -45,7 +45,7 @@ impl Progress for Lines {
             let tenths = 10 * counts.done / counts.work.max(1);
             if tenths > counts.tenths && counts.work > 0 {
                 counts.tenths = tenths;
-                eprintln!("{} %", 10 * tenths.min(10));
+                print(&format!("{} %", 10 * tenths.min(10)));
             }
         }
     }
@@ -53,6 +53,11 @@ impl Progress for Lines {
     fn finish(&self) {}
 
     fn say(&self, line: &str) {
-        eprintln!("{line}");
+        print(line);
     }
+}
+
+/// Prints a line on standard error. Where nobody reads it, the work goes on.
+fn print(line: &str) {
+    let _ = writeln!(std::io::stderr(), "{line}");
 }

@@ -54,6 +54,7 @@ fn exception(error: &taxel::Error) -> Exception {
         taxel::Error::Data(error) => of_data(error),
         taxel::Error::Learn(error) => of_learn(error),
         taxel::Error::Judge(taxel::judge::Error::Learn(error)) => of_learn(error),
+        taxel::Error::Judge(taxel::judge::Error::Data(error)) => of_data(error),
         taxel::Error::Judge(taxel::judge::Error::Report(taxel::report::Error::Write { .. })) => {
             Exception::File(ErrorKind::Other)
         }
@@ -75,6 +76,7 @@ fn of_data(error: &data::Error) -> Exception {
         data::Error::NotFound { .. } => Exception::File(ErrorKind::NotFound),
         data::Error::Io { kind, .. } => Exception::File(*kind),
         data::Error::Write { .. } => Exception::File(ErrorKind::Other),
+        data::Error::File(error) => error.kind.map_or(Exception::Value, Exception::File),
         _ => Exception::Value,
     }
 }

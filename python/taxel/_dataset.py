@@ -101,9 +101,13 @@ class Dataset:
 
     @property
     def y(self) -> np.ndarray:
-        """The class of each sample [samples]."""
+        """The class of each sample [samples]; of targets that are values these [samples], or [samples, quantities]."""
         if self._y is None:
-            self._y = self.classes[self._native.y()]
+            values = self._native.values()
+            if values is None:
+                self._y = self.classes[self._native.y()]
+            else:
+                self._y = values[:, 0] if values.shape[1] == 1 else values
         return self._y
 
     @property

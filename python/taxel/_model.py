@@ -56,6 +56,11 @@ class Model:
         return {"class": task["classes"]} if "classes" in task else {}
 
     @property
+    def quantities(self) -> list[str]:
+        """Names of the values that it answers; none of a model of classes."""
+        return [quantity["name"] for quantity in self.card["task"].get("quantities", [])]
+
+    @property
     def classes(self) -> list[str]:
         """Names of the columns of :meth:`predict_proba`; of several attributes `attribute:level`."""
         several = len(self.attributes) > 1
@@ -72,15 +77,22 @@ class Model:
         return (numbers.reshape(-1, several) if several > 1 else numbers), probabilities
 
     def predict(self, x: Any, *, threads: int | None = None) -> np.ndarray:
-        """Names of the likeliest classes [samples] ([samples, attributes] of several attributes)."""
-        numbers, _ = self.answer(x, threads=threads)
+        """Names of the likeliest classes [samples] ([samples, attributes] of several attributes).
+
+        A model of values answers these: [samples], or [samples, quantities].
+        """
+        numbers, outputs = self.answer(x, threads=threads)
+        if self.quantities:
+            return outputs[:, 0] if len(self.quantities) == 1 else outputs
         names = [np.array(classes) for classes in self.attributes.values()]
         if len(names) == 1:
             return names[0][numbers]
         return np.stack([own[numbers[:, at]] for at, own in enumerate(names)], axis=1)
 
     def predict_proba(self, x: Any, *, threads: int | None = None) -> np.ndarray:
-        """Probabilities [samples, outputs], float32, in the order of :attr:`classes`."""
+        """Probabilities [samples, outputs], float32, in the order of :attr:`classes`; not of a model of values."""
+        if self.quantities:
+            raise ValueError(f"{self.name} answers values ({', '.join(self.quantities)}), which have no probabilities: use predict")
         return self.answer(x, threads=threads)[1]
 
     def latency(self, x: Any = None, *, seconds: float = 1.0) -> dict[str, Any]:
@@ -122,4 +134,4 @@ class Model:
 
     def __repr__(self) -> str:
         shape = "×".join(map(str, self.shape))
-        return f"<taxel.Model {self.name}: {self.card['reading']['layout']} {shape}, {len(self.classes)} outputs>"
+        return f"<taxel.Model {self.name}: {self.card['reading']['layout']} {shape}, {len(self.classes or self.quantities)} outputs>"

@@ -26,7 +26,7 @@ class Run:
         self._data = data
         self._temporary: Any = None
         self._markdown, table, self._text = _taxel.table(self.path)
-        #: The table as a dictionary: what `taxel run --json` prints.
+        #: The table as a dictionary: what `taxel run --format json` prints.
         self.table: dict[str, Any] = json.loads(table)
 
     @property

@@ -16,9 +16,9 @@ class Decision(NamedTuple):
 
     #: Number of the window's last reading, from 0.
     reading: int
-    #: The likeliest class; of several attributes one each.
+    #: The likeliest class; of several attributes one each. Of a model of values the value, or one per quantity.
     answer: Any
-    #: Probabilities [outputs], in the order of `Model.classes`.
+    #: Probabilities [outputs], in the order of `Model.classes`; of a model of values these.
     probabilities: np.ndarray
     #: Readings of the window that were there, and of a full one.
     known: int
@@ -103,6 +103,8 @@ class Stream:
         if said is None or "refused" in said:
             return None
         probabilities, at, answers = said.pop("probabilities"), 0, []
+        if self.model.quantities:
+            answers = [float(value) for value in probabilities]
         for names in self._names:
             answers.append(names[int(probabilities[at : at + len(names)].argmax())])
             at += len(names)

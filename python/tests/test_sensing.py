@@ -54,7 +54,8 @@ def test_faults_are_those_of_the_command_line(command, grasps, tmp_path):
     own = taxel.simulate("fingertip", 20)
     assert (np.load(tmp_path / "own.npz")["x"] == taxel.faults.apply(own, "dead", 4)).all()
     assert (taxel.faults.apply(grasps.x, "noise", 2, seed=1) != grasps.x).any()
-    assert taxel.faults.names()[:2] == ["noise", "quantisation"] and len(taxel.faults.table()[0]["severities"]) == 5
+    assert taxel.faults.names()[:2] == ["noise", "quantisation"] and len(taxel.faults.names()) == 16
+    assert len(taxel.faults.table()[0]["severities"]) == 5
     before = grasps.x.copy()
     taxel.faults.apply(grasps.x, "stuck", 5)
     assert (grasps.x == before).all()
