@@ -398,7 +398,7 @@ fn the_variable_of_threads_is_checked_like_the_option() {
         command.arg(output).output().unwrap()
     };
     assert!(simulate("1", &data).status.success());
-    let predict = |threads: &str| {
+    let report = |threads: &str| {
         let mut command = Command::cargo_bin("taxel").unwrap();
         command
             .env("TAXEL_THREADS", threads)
@@ -406,7 +406,7 @@ fn the_variable_of_threads_is_checked_like_the_option() {
             .output()
             .unwrap()
     };
-    let error = String::from_utf8(predict("two").stderr).unwrap();
+    let error = String::from_utf8(report("two").stderr).unwrap();
     assert!(
         error.contains("TAXEL_THREADS=two: must be a number of threads from 1, such as TAXEL_THREADS=2"),
         "{error}"

@@ -68,6 +68,8 @@ fn a_force_is_learned_and_predicted_with_its_unit() {
     ends(0, &["fit", &run, "--network", "ridge", "--output", &model]);
     let card = ends(0, &["inspect", &model]);
     assert!(card.contains("force: a value, in N") && card.contains("MAE 0.0"), "{card}");
+    // A run that names no baselines has that of values all the same.
+    ends(0, &["shrink", &run, "--network", "ridge", "--axes", "sensors", "--output", &at("smaller")]);
     let said = ends(0, &["predict", &model, &new, "--format", "json"]);
     let said: Value = serde_json::from_str(&said).unwrap();
     for (i, answer) in said["answers"].as_array().unwrap().iter().enumerate() {

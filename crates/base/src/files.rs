@@ -33,11 +33,11 @@ pub fn is_part(name: &OsStr) -> bool {
 }
 
 /// Removes half-written files that killed processes have left of the file at `path`. Those of living processes are locked
-/// and stay.
+/// and stay. A folder that cannot be opened holds none.
 ///
 /// # Errors
 ///
-/// Returns the system's error if the folder cannot be listed or a file not removed.
+/// Returns the system's error if the folder cannot be read further or a file not removed.
 pub fn remove_parts(path: &Path) -> io::Result<()> {
     let (Some(name), Ok(entries)) = (path.file_name(), fs::read_dir(folder_of(path))) else { return Ok(()) };
     let before = part_prefix(name);

@@ -32,6 +32,9 @@ pub enum Cause {
     /// The ending of the name says nothing.
     #[error("unknown kind of weights; expected .safetensors, .pth or .pt")]
     Kind,
+    /// Tensors that the format cannot hold.
+    #[error("cannot be written as safetensors: {0}")]
+    Unwritable(String),
     /// Damaged, or of another format.
     #[error("not a whole safetensors file: {0}; copy it again")]
     NotSafetensors(String),

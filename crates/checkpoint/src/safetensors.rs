@@ -130,7 +130,7 @@ pub(crate) fn to_bytes_of(stored: &[(String, StoredTensor)], text: &str) -> Resu
     }
     let metadata = HashMap::from([(KEY.to_string(), text.to_string())]);
     let views = stored.iter().map(|(name, stored)| (name, TensorBytes(stored)));
-    serialize(views, Some(metadata)).map_err(|e| Cause::NotSafetensors(e.to_string()))
+    serialize(views, Some(metadata)).map_err(|e| Cause::Unwritable(e.to_string()))
 }
 
 /// A tensor as the format wants it: little-endian bytes.

@@ -19,9 +19,9 @@ fn bits<'a>(outputs: impl Iterator<Item = (&'a str, &'a [f32])>) -> Outputs {
     outputs.map(|(name, values)| (name.into(), values.iter().map(|v| v.to_bits()).collect())).collect()
 }
 
-type BackwardStep = fn(&mut Engine);
+type OptimizerStep = fn(&mut Engine);
 const SGDM: Sgdm = Sgdm { lr: 0.1, momentum: 0.9, weight_decay: 0.0 };
-const OPTIMISERS: [(&str, BackwardStep); 3] = [
+const OPTIMISERS: [(&str, OptimizerStep); 3] = [
     ("sgdm", |e| e.sgdm(&SGDM)),
     ("adam", |e| e.adam(&Adam::default())),
     ("adamw", |e| e.adamw(&Adam::default())),

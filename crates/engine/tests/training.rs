@@ -15,8 +15,8 @@ use twin::Twin;
 const SGDM: Sgdm = Sgdm { lr: 0.05, momentum: 0.9, weight_decay: 0.01 };
 const ADAM: Adam = Adam { lr: 0.01, betas: (0.9, 0.999), eps: 1e-8, weight_decay: 0.05 };
 
-type BackwardStep = fn(&mut Engine);
-const OPTIMISERS: [(&str, BackwardStep); 3] =
+type OptimizerStep = fn(&mut Engine);
+const OPTIMISERS: [(&str, OptimizerStep); 3] =
     [("sgdm", |e| e.sgdm(&SGDM)), ("adam", |e| e.adam(&ADAM)), ("adamw", |e| e.adamw(&ADAM))];
 
 /// Every bit of all that training leaves behind.
@@ -66,7 +66,7 @@ fn optimisers_are_the_kernels_tensor_by_tensor() {
 fn decay_of_matrices_alone_is_no_decay_of_the_rest() {
     let bare = Sgdm { weight_decay: 0.0, ..SGDM };
     let without = Adam { weight_decay: 0.0, ..ADAM };
-    let plain: [BackwardStep; 3] = [|e| e.sgdm(&SGDM), |e| e.adam(&ADAM), |e| e.adamw(&ADAM)];
+    let plain: [OptimizerStep; 3] = [|e| e.sgdm(&SGDM), |e| e.adam(&ADAM), |e| e.adamw(&ADAM)];
     let spared: [&dyn Fn(&mut Engine); 3] =
         [&|e| e.sgdm(&bare), &|e| e.adam(&without), &|e| e.adamw(&without)];
     for ((name, optimiser), (all, none)) in OPTIMISERS.iter().zip(plain.iter().zip(spared)) {

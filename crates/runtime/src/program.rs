@@ -21,7 +21,7 @@ pub(crate) struct Call {
     pub to: (usize, ImagePlace),
 }
 
-/// The inputs and outputs of a call.
+/// The inputs of a call.
 #[derive(Clone, Copy)]
 pub(crate) struct CallInputs<'a> {
     /// The network's inputs, each of all samples.

@@ -1,6 +1,6 @@
 //! Time steps in, decisions out.
 
-use taxel_data::{Padding, SampleSpec};
+use taxel_data::{Padding, SampleSpec, Task};
 use taxel_encodings::NumaTac;
 use taxel_learn::{Card, Predictor, Transform, Workspace};
 
@@ -90,7 +90,7 @@ impl Decider {
         let judge = card.inputs.iter().find_map(|input| numatac(&input.transform));
         let before =
             options.before.unwrap_or_else(|| judge.map_or(0, |judge| ticks.saturating_sub(judge.window) / 2));
-        check(options, spec, before, ticks)?;
+        check(options, spec, before, ticks, matches!(card.task, Task::Values(_)))?;
         let contact = options.contact.then(|| Contact::new(spec, judge, full_scale));
         Ok(Decider {
             workspace: predictor.workspace()?,
@@ -201,8 +201,7 @@ impl Decider {
     fn predict_window(&mut self) -> std::result::Result<bool, taxel_learn::Error> {
         self.window.sample(self.padding, &mut self.sample);
         self.probabilities.copy_from_slice(self.predictor.predict_one(&mut self.workspace, &self.sample)?);
-        // Values have no probabilities to be sure of.
-        let Some(least) = self.early.filter(|_| !self.sizes.is_empty()) else { return Ok(false) };
+        let Some(least) = self.early else { return Ok(false) };
         let mut rest = self.probabilities.as_slice();
         for size in &self.sizes {
             let (attribute, after) = rest.split_at(*size);
@@ -238,8 +237,18 @@ fn numatac(transform: &Transform) -> Option<NumaTac> {
     }
 }
 
-fn check(options: &StreamOptions, spec: &SampleSpec, before: usize, ticks: usize) -> Result<()> {
+fn check(
+    options: &StreamOptions,
+    spec: &SampleSpec,
+    before: usize,
+    ticks: usize,
+    of_values: bool,
+) -> Result<()> {
     let refuse = |option, value: String, why: &str| Err(Error::Option { option, value, why: why.into() });
+    if let Some(early) = options.early.filter(|_| of_values) {
+        let why = "has no meaning here: the model answers values, which have no probability to be sure of";
+        return refuse("early", early.to_string(), why);
+    }
     if options.hop == Some(0) {
         return refuse("hop", "0".into(), "is the number of readings from one window to the next, from 1");
     }

@@ -1,5 +1,7 @@
 //! The progress bar of the command line and the Python package.
 
+use std::io::Write;
+
 use indicatif::{ProgressBar, ProgressStyle};
 use taxel_learn::{FoldKey, Progress};
 
@@ -38,6 +40,9 @@ impl Progress for IndicatifProgress {
     }
 
     fn say(&self, line: &str) {
-        self.bar.suspend(|| eprintln!("{line}"));
+        self.bar.suspend(|| {
+            // Nobody reads it any more; the work goes on.
+            let _ = writeln!(std::io::stderr(), "{line}");
+        });
     }
 }

@@ -1,6 +1,6 @@
 //! LSTM: the whole batch step by step, cut in fixed pieces of samples.
 
-use taxel_kernels::lstm::{Lstm as ValueCounts, Trace, Weights};
+use taxel_kernels::lstm::{Lstm as LstmSizes, Trace, Weights};
 use taxel_kernels::pointwise;
 
 use super::batch_layer::{BatchBackward, BatchLayer};
@@ -11,7 +11,7 @@ use crate::threads::Threads;
 const PIECES: usize = 2;
 
 pub(super) struct Lstm {
-    sizes: ValueCounts,
+    sizes: LstmSizes,
     pieces: Vec<LstmChunk>,
 }
 
@@ -27,8 +27,8 @@ struct LstmChunk {
 
 impl Lstm {
     /// Room for `batch` sequences, and for their gradients where it `trains`.
-    pub fn new(sizes: ValueCounts, batch: usize, trains: bool) -> Self {
-        let ValueCounts { channels, steps, hidden } = sizes;
+    pub fn new(sizes: LstmSizes, batch: usize, trains: bool) -> Self {
+        let LstmSizes { channels, steps, hidden } = sizes;
         let most = batch.div_ceil(PIECES);
         let gradient = |len: usize| vec![0.0; if trains { len } else { 0 }];
         let piece = |_| LstmChunk {
@@ -42,7 +42,7 @@ impl Lstm {
 
     /// The tensors in the order in which they lie in `params`.
     fn weights<'a>(&self, params: &'a [f32]) -> Weights<'a> {
-        let ValueCounts { channels, hidden, .. } = self.sizes;
+        let LstmSizes { channels, hidden, .. } = self.sizes;
         let (ih, rest) = params.split_at(4 * hidden * channels);
         let (hh, rest) = rest.split_at(4 * hidden * hidden);
         let (bias_ih, bias_hh) = rest.split_at(4 * hidden);
@@ -58,7 +58,7 @@ fn share(values: &[f32], piece: usize, len: usize) -> &[f32] {
 
 impl BatchLayer for Lstm {
     fn forward(&mut self, threads: &Threads, n: usize, params: &[f32], x: &[f32], y: &mut [f32]) {
-        let ValueCounts { channels, steps, hidden } = self.sizes;
+        let LstmSizes { channels, steps, hidden } = self.sizes;
         let (weights, sizes, rows) = (self.weights(params), self.sizes, n.div_ceil(PIECES));
         threads.each(&mut self.pieces, 1, |number, piece| {
             let piece = &mut piece[0];
@@ -74,7 +74,7 @@ impl BatchLayer for Lstm {
     }
 
     fn backward(&mut self, pass: BatchBackward, dparams: &mut [f32], dx: Option<&mut [f32]>) {
-        let ValueCounts { channels, steps, hidden } = self.sizes;
+        let LstmSizes { channels, steps, hidden } = self.sizes;
         let BatchBackward { threads, n, params, x, dy } = pass;
         let (weights, sizes, rows) = (self.weights(params), self.sizes, n.div_ceil(PIECES));
         let (learns, wanted) = (!dparams.is_empty(), dx.is_some());

@@ -37,7 +37,7 @@ fn trained_on(case: &Case, key: &FoldKey) -> Result<Vec<usize>> {
         Some(fold) if fold.test == tested => Ok(fold.train),
         _ => {
             let reason = format!(
-                "{key} is not the fold that its protocol makes, so no guard can be fitted; leave --guard out"
+                "{key} is not the fold that its protocol makes, so no guard can be fitted; leave --compare-guard out"
             );
             Err(Error::run(case.folder.path(), reason))
         }

@@ -232,7 +232,7 @@ fn copies(survey: &Survey) -> Option<Markup> {
     let table = Table::new(names::COPIES, "Samples that are exact copies".into(), columns, shown);
     (!all.is_empty()).then(|| {
         html! {
-            @if all.len() > SETS { p.reading { "The first " (SETS) " of " (all.len()) " sets; --json lists all." } }
+            @if all.len() > SETS { p.reading { "The first " (SETS) " of " (all.len()) " sets; --format json lists all." } }
             (scroll(&table))
         }
     })
