@@ -54,6 +54,7 @@ pub use check::shortcut::{Carrier, Shortcut};
 pub use check::values::ChannelRange;
 pub use dataset::dataset::Dataset;
 pub use dataset::digest::{RowHash, digest_of, hash_words};
+pub use dataset::facts::Facts;
 pub use dataset::labels::{Attribute, Labels};
 pub use dataset::sample_spec::SampleSpec;
 pub use dataset::source::{Source, SourceKind};

@@ -3,7 +3,6 @@
 use crate::check::card::Card;
 use crate::dataset::assemble::assemble;
 use crate::dataset::dataset::Dataset;
-use crate::dataset::digest::hash_row;
 use crate::dataset::one_hot::LabelForm;
 use crate::dataset::raw::Raw;
 use crate::formats::bag::path::is_bag;
@@ -97,18 +96,14 @@ pub fn survey(path: &Path, options: &ReadOptions) -> Result<Survey> {
     Ok(Survey { card, dataset: checked.dataset, readings: checked.readings })
 }
 
-/// Reads a path with the first reader that recognises it. Samples to learn from are hashed, where their reader has not
-/// done it.
+/// Reads a path with the first reader that recognises it.
 pub(crate) fn open(path: &Path, purpose: Purpose, options: &ReadOptions) -> Result<Raw> {
     let place = Place { path, purpose, readers: READERS };
     let reader = READERS.iter().find(|reader| reader.recognises(&place, options));
-    let mut raw = reader.ok_or_else(|| refuse(&place))?.read(&place, options)?;
+    let raw = reader.ok_or_else(|| refuse(&place))?.read(&place, options)?;
     let has_no_bags = !options.topics.is_empty() && raw.topics.is_empty();
     let why = "names topics of bags, of which there are none; leave it out";
     refuse_set(&raw.file, &[("topics", has_no_bags)], why)?;
-    if purpose == Purpose::Learn && raw.row_hash.is_empty() {
-        raw.row_hash = raw.x.each().map(hash_row).collect();
-    }
     Ok(raw)
 }
 

@@ -7,7 +7,7 @@ use crate::formats::table::options::TableOptions;
 use crate::length::length::Length;
 use crate::{Error, Result};
 
-/// Rows to leave out of a data set, decided on the full recorded sample.
+/// Rows to leave out of a data set, decided on the recording with the channels that are used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Drop {
@@ -125,7 +125,7 @@ pub struct ReadOptions {
     #[cfg_attr(feature = "clap", arg(skip))]
     #[serde(skip)]
     pub channel_names: Vec<String>,
-    /// Rows to leave out, after their copies were sought over all channels.
+    /// Rows to leave out as copies of others in the channels that are used.
     #[cfg_attr(feature = "clap", arg(skip))]
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub drop: Vec<Drop>,

@@ -1,7 +1,6 @@
 //! The traits of readers, which take a path and return recordings, and of formats whose files hold one recording each.
 
 use crate::dataset::channel_names::places;
-use crate::dataset::digest::RowHash;
 use crate::dataset::raw::Raw;
 use crate::ending::has_ending;
 use crate::layout::listing::FoundFiles;
@@ -180,8 +179,6 @@ pub(crate) trait FileFormat: Sync {
 pub(crate) struct Sample {
     pub shape: Vec<usize>,
     pub values: Vec<f32>,
-    /// Hash of the sample as stored, where `values` are not that.
-    pub hash: Option<RowHash>,
     pub dtype: String,
     /// Names of the channels, in their order; empty where the file names none.
     pub channel_names: Vec<String>,
@@ -205,8 +202,6 @@ pub(crate) struct Recorded {
     pub x: Ragged,
     pub dtype: String,
     pub layout: Option<Layout>,
-    /// Hash of each, or none where that is the hash of its values.
-    pub row_hash: Vec<RowHash>,
     /// The file of each, below the folder.
     pub origins: Vec<String>,
     /// Readings per second (Hz), as time stamps say it.

@@ -83,6 +83,8 @@ pub fn synthetic(setting: &Setting, players: Vec<Player>) -> (Comparison, Judgem
             FoldRecord {
                 key: FoldKey { network: player.name.into(), repetition, fold },
                 data: None,
+                facts: None,
+                network_digest: None,
                 model: None,
                 train_samples: setting.trained,
                 index: (start..start + setting.tested).collect(),
@@ -188,6 +190,7 @@ fn judgement(setting: &Setting, networks: Vec<Judged>) -> Judgement {
             missing: vec![],
             source,
             data_digest: "0".into(),
+            data_facts: None,
             samples: setting.tested + setting.trained,
             sample_shape: vec![1],
             task: task(setting),

@@ -11,7 +11,7 @@ use std::sync::atomic::AtomicBool;
 use serde_json::{Value, json};
 use support::{key, mlp, presses, recipe, run, run_at, three_folds};
 use taxel_baselines::Method;
-use taxel_data::Dataset;
+use taxel_data::{Dataset, Targets};
 use taxel_learn::{Candidate, CrossValidation, Error, Model, ResultsTable, RunFolder, RunOptions, Silent};
 
 fn resume(validation: CrossValidation, out: &Path) -> Result<RunFolder, Error> {
@@ -52,6 +52,43 @@ fn a_run_goes_on_with_its_own_data_only() {
     }
     resume(small(&dataset), folder.path()).unwrap();
     assert_eq!(fs::read(&record).unwrap(), kept);
+}
+
+#[test]
+fn a_run_goes_on_with_its_own_facts_only() {
+    let dataset = presses(45, 20);
+    let (_keep, folder) = run(small(&dataset));
+    let changes: [(&str, &dyn Fn(&mut Dataset)); 6] = [
+        ("full_scale was ", &|data| data.spec.full_scale = Some(4096.0)),
+        ("unit was not known, is now \"V\"", &|data| data.spec.unit = Some("V".into())),
+        ("rate was ", &|data| data.spec.rate = Some(17.0)),
+        ("rest was ", &|data| data.spec.rest = Some(vec![3.0])),
+        ("channel_names was ", &|data| data.spec.channel_names = vec!["thumb".into(), "index".into()]),
+        ("task was ", &|data| {
+            let names = ["hard", "soft", "harder"].map(String::from);
+            data.targets = Targets::classes(&names, &data.strata());
+        }),
+    ];
+    for (says, change) in changes {
+        let mut other = dataset.clone();
+        change(&mut other);
+        assert_eq!(other.digest, dataset.digest, "else the readings tell");
+        for missing in ["environment.json", "results.json"] {
+            let kept = fs::read(folder.file(missing)).unwrap();
+            let refused =
+                [resume(small(&other), folder.path()).map(|_| ()), folder.finished(&other).map(|_| ())];
+            for error in refused {
+                let error = error.unwrap_err().to_string();
+                let named = missing == "results.json" || error.contains(says);
+                assert!(error.contains("same readings with other facts") && named, "{error}");
+            }
+            fs::remove_file(folder.file(missing)).unwrap();
+            let error = resume(small(&other), folder.path()).unwrap_err().to_string();
+            assert!(error.contains("same readings with other facts"), "{error}");
+            fs::write(folder.file(missing), kept).unwrap();
+        }
+    }
+    resume(small(&dataset), folder.path()).unwrap();
 }
 
 #[test]

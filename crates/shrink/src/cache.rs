@@ -159,7 +159,7 @@ impl<'a> Cache<'a> {
         let text = &self.ready(request)?.text;
         let Fold { train, test, validation } = request.fold;
         let parts = serde_json::json!({
-            "config": text, "name": request.name, "data": data, "place": request.place,
+            "config": text, "name": request.name, "data": data, "facts": self.dataset.facts(), "place": request.place,
             "rows": [train, test, validation], "teacher": request.teacher.map(Teacher::digest),
             "taxel": env!("CARGO_PKG_VERSION"),
         });

@@ -79,8 +79,8 @@ struct Planner<'a> {
     path: &'a Path,
     program: String,
     loader: Loader<'a>,
-    /// Samples that were loaded: what says which, and their source and digest.
-    known: HashMap<String, (String, String)>,
+    /// Samples that were loaded: what says which, their source, digest, and the digest of the facts about them.
+    known: HashMap<String, (String, String, String)>,
     seen: HashSet<String>,
     planned: Planned,
 }
@@ -95,7 +95,7 @@ impl Planner<'_> {
         let experiment = Experiment::load(config, &overrides, self.registry)?;
         let text = experiment.to_toml();
         let data = self.data(&experiment)?;
-        let run = run_identity(&text, &data.digest, &self.program);
+        let run = run_identity(&text, &data, &self.program);
         let whole = Trial {
             identity: run.clone(),
             name: experiment.config().name.clone(),
@@ -141,10 +141,12 @@ impl Planner<'_> {
         let key = data_key(config);
         if !self.known.contains_key(&key) {
             let dataset = self.loader.of(experiment)?;
-            self.known.insert(key.clone(), (dataset.source.to_string(), dataset.digest.clone()));
+            let facts = dataset.facts().digest();
+            self.known.insert(key.clone(), (dataset.source.to_string(), dataset.digest.clone(), facts));
         }
-        let (source, digest) = self.known[&key].clone();
-        Ok(DataOf { source, digest, set: hashed(&[&toml_of(&config.data)]) })
+        let (source, digest, facts) = self.known[&key].clone();
+        let weights = experiment.weights_digest()?;
+        Ok(DataOf { source, digest, facts, weights, set: hashed(&[&toml_of(&config.data)]) })
     }
 
     fn keys(&mut self, experiment: &Experiment) -> Result<Vec<FoldKey>> {

@@ -244,7 +244,13 @@ mod tests {
 
     /// On samples of a `[data]` table and a digest.
     fn add_on(tally: &mut Tally, set: &str, (data, digest): (&str, &str), accuracy: [f64; 2]) {
-        let data = DataOf { source: "simulated: s".into(), digest: digest.into(), set: data.into() };
+        let data = DataOf {
+            source: "simulated: s".into(),
+            digest: digest.into(),
+            set: data.into(),
+            facts: String::new(),
+            weights: String::new(),
+        };
         let trial = Trial {
             identity: set.into(),
             name: "t".into(),

@@ -45,6 +45,12 @@ pub struct DataOf {
     pub source: String,
     /// BLAKE3 of the samples.
     pub digest: String,
+    /// Digest of the [facts](taxel_data::Facts) about them; empty in plans of older versions.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub facts: String,
+    /// BLAKE3 of the files that networks start from; empty where there are none.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub weights: String,
     /// Digest of the config's `[data]` table: the same data set, however it is seeded.
     pub set: String,
 }
@@ -73,9 +79,9 @@ pub(crate) fn shown(value: &Value) -> String {
     value.as_str().map_or_else(|| value.to_string(), String::from)
 }
 
-/// Returns the identity of a run: of its resolved config on its samples by this program.
-pub(crate) fn run_identity(config: &str, data_digest: &str, program: &str) -> String {
-    hashed(&[config, data_digest, program])
+/// Returns the identity of a run: of its resolved config on its samples and from its weights by this program.
+pub(crate) fn run_identity(config: &str, data: &DataOf, program: &str) -> String {
+    hashed(&[config, &data.digest, &data.facts, &data.weights, program])
 }
 
 /// Returns the identity of one fold of a run.
@@ -105,12 +111,18 @@ mod tests {
 
     #[test]
     fn each_part_makes_another_identity() {
-        let identity = run_identity("seed = 1", "d", "0.1.0");
-        let others = [("seed = 2", "d", "0.1.0"), ("seed = 1", "e", "0.1.0"), ("seed = 1", "d", "0.1.1")];
-        for (config, digest, program) in others {
-            assert_ne!(identity, run_identity(config, digest, program));
-        }
-        assert_ne!(run_identity("ab", "c", ""), run_identity("a", "bc", ""), "parts do not run together");
+        let of = |config: &str, [digest, facts, weights]: [&str; 3], program: &str| {
+            let [source, set] = ["", ""].map(String::from);
+            let [digest, facts, weights] = [digest, facts, weights].map(String::from);
+            run_identity(config, &DataOf { source, set, digest, facts, weights }, program)
+        };
+        let identity = of("seed = 1", ["d", "f", "w"], "0.1.0");
+        assert_ne!(identity, of("seed = 2", ["d", "f", "w"], "0.1.0"));
+        assert_ne!(identity, of("seed = 1", ["e", "f", "w"], "0.1.0"));
+        assert_ne!(identity, of("seed = 1", ["d", "g", "w"], "0.1.0"));
+        assert_ne!(identity, of("seed = 1", ["d", "f", "v"], "0.1.0"));
+        assert_ne!(identity, of("seed = 1", ["d", "f", "w"], "0.1.1"));
+        assert_ne!(of("ab", ["c", "", ""], ""), of("a", ["bc", "", ""], ""), "parts do not run together");
         let key = |fold| FoldKey { network: "mlp".into(), repetition: 0, fold };
         assert_ne!(fold_identity(&identity, &key(0)), fold_identity(&identity, &key(1)));
     }

@@ -17,7 +17,7 @@ use crate::json;
 use crate::lease::{Holder, Lease, Taken};
 use crate::record::{Failure, TrialResult, TrialTiming};
 use crate::samples::Loader;
-use crate::trial::Trial;
+use crate::trial::{DataOf, Trial};
 
 /// How trials are worked on; none of it changes a result.
 #[derive(Debug, Clone)]
@@ -146,6 +146,13 @@ impl Worker<'_> {
                 trial.data.digest, dataset.digest
             );
             return Err(Error::Value { key: "trial", value: trial.words(), reason });
+        }
+        let DataOf { facts, weights, .. } = &trial.data;
+        let same = [(facts, dataset.facts().digest()), (weights, experiment.weights_digest()?)];
+        if same.iter().any(|(then, now)| !then.is_empty() && *then != now) {
+            let reason = "was planned with other facts about the samples (labels.json) or other weights; give every machine \
+                          the same files, or plan again";
+            return Err(Error::Value { key: "trial", value: trial.words(), reason: reason.into() });
         }
         let run = RunOptions {
             resume: true,

@@ -148,6 +148,23 @@ impl Experiment {
         Ok(Some((key, path)))
     }
 
+    /// Returns the BLAKE3 of the files that networks come from or start from; empty where there are none.
+    ///
+    /// # Errors
+    /// As [`Experiment::data_path`], and a file that cannot be read.
+    pub fn weights_digest(&self) -> Result<String> {
+        let mut hasher = blake3::Hasher::new();
+        for network in 0..self.config.networks.len() {
+            let of_network = self.network_path(network)?.map(|(_, path)| path);
+            for path in of_network.into_iter().chain(self.weights_path(network)?) {
+                let bytes = std::fs::read(&path).map_err(|e| Error::io(&path, "read", e))?;
+                hasher.update(blake3::hash(&bytes).as_bytes());
+            }
+        }
+        let none = hasher.count() == 0;
+        Ok(if none { String::new() } else { hasher.finalize().to_hex().to_string() })
+    }
+
     /// Returns the settings of a scene, paths among them likewise.
     pub(crate) fn scene_settings(&self, scene: &SceneOrigin) -> Result<Table> {
         let mut set = scene.set.clone();

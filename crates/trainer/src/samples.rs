@@ -62,6 +62,7 @@ impl Experiment {
                 self.refuse(Problem::new("data.classes", format!("{classes:?}"), e.to_string()))
             })?;
         }
+        self.config().encoding.seek_copies(&mut dataset).map_err(|error| self.located(error))?;
         Ok(dataset)
     }
 

@@ -516,3 +516,24 @@ fn starting_from_a_checkpoint() {
     assert!(message(&mlp).contains("networks.0.weights"), "{}", message(&mlp));
     assert!(!at("never").exists(), "nothing was begun");
 }
+
+#[test]
+fn folds_that_began_with_other_weights_are_not_mixed() {
+    let dir = tempfile::tempdir().unwrap();
+    let at = |name: &str| dir.path().join(name);
+    run_tiny(&at("first"), &[]).unwrap();
+    let models = |fold: usize| at(&format!("first/models/resnet8-lite-1d.r0.f{fold}.safetensors"));
+    let start = at("start.safetensors");
+    std::fs::copy(models(0), &start).unwrap();
+    let weights =
+        format!("networks=[{{ name = \"resnet8-lite-1d\", weights = {:?} }}]", start.to_str().unwrap());
+    let experiment = experiment(&[&weights]);
+    go(&experiment, &at("second"), &options(false, 1)).unwrap();
+    std::fs::remove_file(at("second/folds/resnet8-lite-1d.r0.f1.json")).unwrap();
+    // The config still names this file.
+    std::fs::copy(models(1), &start).unwrap();
+    let error = go(&experiment, &at("second"), &options(true, 1)).unwrap_err().to_string();
+    assert!(error.contains("resnet8-lite-1d.r0.f0.json") && error.contains("other weights"), "{error}");
+    std::fs::copy(models(0), &start).unwrap();
+    go(&experiment, &at("second"), &options(true, 1)).unwrap();
+}

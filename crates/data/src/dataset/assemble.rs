@@ -2,7 +2,7 @@
 
 use crate::check::duplicates::{contradictory, duplicate_sets, later_copies};
 use crate::dataset::dataset::Dataset;
-use crate::dataset::digest::digest;
+use crate::dataset::digest::{RowHash, digest, hash_rows};
 use crate::dataset::labels::Labels;
 use crate::dataset::one_hot::{LabelForm, settle, unsaid};
 use crate::dataset::problems::{Problem, Problems};
@@ -45,7 +45,8 @@ pub(crate) fn assemble(mut raw: Raw, options: &ReadOptions) -> Result<Checked> {
     let (table, classes) = numbered(&raw, values.as_ref(), options, &mut faults)?;
     let groups = groups(&raw, options, &mut faults)?;
     let official = official(&raw, options, &mut faults);
-    let keep = keep(&raw, &table, &classes, options, &mut faults);
+    let row_hash = raw.x.hashes(channels.as_deref());
+    let keep = keep(&raw, &row_hash, &table, &classes, options, &mut faults);
     let kept: Vec<usize> = (0..keep.len()).filter(|row| keep[*row]).collect();
     if kept.is_empty() {
         return Err(Error::NoSamples { at: format!("{}: after drop", raw.file) });
@@ -57,7 +58,7 @@ pub(crate) fn assemble(mut raw: Raw, options: &ReadOptions) -> Result<Checked> {
     let x = std::mem::take(&mut raw.x);
     let EqualSamples { x, spec, windows, lengths, readings } =
         samples(&raw, x, &kept, channels.as_deref(), options, &mut of_values)?;
-    let rows = RecordingRows::new(&raw, &kept, windows);
+    let rows = RecordingRows::new(&row_hash, &kept, windows);
     dropped.extend(rows.left_out(&kept).map(|row| raw.origins[row].clone()));
     if values.is_none() {
         gaps(&raw, &table, &rows.recordings, &classes, &mut faults);
@@ -83,7 +84,7 @@ pub(crate) fn assemble(mut raw: Raw, options: &ReadOptions) -> Result<Checked> {
         units: Some(rows.units()),
         origins: rows.origins(&raw),
         dropped,
-        row_hash: rows.hashes(),
+        row_hash: hash_rows(&x),
         dtype: raw.dtype,
         name: raw.name,
         x,
@@ -177,13 +178,14 @@ fn grouped(groups: Option<(String, Vec<u32>)>, rows: &RecordingRows) -> (Option<
 /// Says of each row whether it stays; copies with different labels are dropped, refused or kept, as `options` say.
 fn keep(
     raw: &Raw,
+    row_hash: &[RowHash],
     table: &[u32],
     classes: &[Vec<String>],
     options: &ReadOptions,
     faults: &mut Problems,
 ) -> Vec<bool> {
     let rows: Vec<&[u32]> = table.chunks(raw.columns).collect();
-    let sets = duplicate_sets(&raw.row_hash);
+    let sets = duplicate_sets(row_hash);
     let mut keep = vec![true; rows.len()];
     let torn = contradictory(&sets, &rows);
     if options.drop.contains(&Drop::Contradictory) {

@@ -1,6 +1,7 @@
 //! The data set in memory.
 
-use crate::dataset::digest::{RowHash, digest};
+use crate::check::duplicates::units;
+use crate::dataset::digest::{RowHash, digest, hash_rows};
 use crate::dataset::labels::Labels;
 use crate::dataset::sample_spec::SampleSpec;
 use crate::dataset::source::Source;
@@ -41,8 +42,7 @@ pub struct Dataset {
     /// Origins of the rows left out by [`ReadOptions::drop`](crate::ReadOptions::drop), and of recordings shorter than a
     /// window.
     pub dropped: Vec<String>,
-    /// Hash of each full recorded sample, before channels are selected or images resized; empty where there
-    /// can be no copies.
+    /// Hash of each sample as it is trained on: of its values in `x`. Empty where there can be no copies.
     pub row_hash: Vec<RowHash>,
     /// Type of the stored values: `<f4`, `|u1`, `csv`, `png/jpeg u8`.
     pub dtype: String,
@@ -51,6 +51,16 @@ pub struct Dataset {
 }
 
 impl Dataset {
+    /// Seeks exact copies among the samples by `read` `[N, ..]`, the part of each that is trained on. Units that are whole
+    /// recordings stay.
+    pub fn seek_copies_in(&mut self, read: &ArrayD<f32>) {
+        let by_copies = self.units.as_ref().is_some_and(|known| *known == units(&self.row_hash));
+        self.row_hash = hash_rows(read);
+        if by_copies {
+            self.units = Some(units(&self.row_hash));
+        }
+    }
+
     /// Returns the number of samples.
     pub fn len(&self) -> usize {
         self.targets.len()

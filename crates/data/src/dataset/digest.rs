@@ -4,7 +4,7 @@ use crate::dataset::targets::Targets;
 use ndarray::ArrayD;
 use std::borrow::Borrow;
 
-/// First 16 bytes of the BLAKE3 hash of one recorded sample.
+/// First 16 bytes of the BLAKE3 hash of one sample, as it is trained on.
 pub type RowHash = [u8; 16];
 
 /// Hashes one sample, whose values need not lie in memory; -0 and 0 count as equal.

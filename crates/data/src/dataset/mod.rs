@@ -4,6 +4,7 @@ pub(crate) mod assemble;
 pub(crate) mod channel_names;
 pub(crate) mod dataset;
 pub(crate) mod digest;
+pub(crate) mod facts;
 pub(crate) mod frames;
 pub(crate) mod labels;
 pub(crate) mod learn;

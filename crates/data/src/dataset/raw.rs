@@ -1,6 +1,5 @@
 //! The data set that a reader returns, before its content is checked.
 
-use crate::dataset::digest::RowHash;
 use crate::dataset::source::Source;
 use crate::dataset::targets::{Quantity, Values};
 use crate::formats::table::options::TableOptions;
@@ -43,8 +42,6 @@ pub(crate) struct Raw {
     pub official: Option<NamedColumn>,
     /// File of each sample, or `x[17]`.
     pub origins: Vec<String>,
-    /// Hash of each full recorded sample; readers leave it out where it is that of the values in `x`.
-    pub row_hash: Vec<RowHash>,
     /// Arrays of the archive that were not read, such as `trial`.
     pub others: Vec<String>,
     /// Files of a folder that were passed over, such as `.DS_Store`.
@@ -79,7 +76,6 @@ impl Default for Raw {
             groups: None,
             official: None,
             origins: vec![],
-            row_hash: vec![],
             others: vec![],
             ignored: vec![],
             read_as: vec![],

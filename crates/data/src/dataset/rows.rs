@@ -11,13 +11,13 @@ pub(crate) struct RecordingRows {
     pub recordings: Vec<usize>,
     /// First time step of each, where samples are windows.
     starts: Option<Vec<usize>>,
-    /// Of each recording.
+    /// Of each sample's recording: of the channels that are used, as long as it was recorded.
     hashes: Vec<RowHash>,
 }
 
 impl RecordingRows {
     /// Takes the `kept` recordings, or `windows` of them: position in `kept`, first time step.
-    pub fn new(raw: &Raw, kept: &[usize], windows: Option<Vec<(usize, usize)>>) -> Self {
+    pub fn new(row_hash: &[RowHash], kept: &[usize], windows: Option<Vec<(usize, usize)>>) -> Self {
         let (recordings, starts) = match windows {
             None => (kept.to_vec(), None),
             Some(windows) => {
@@ -25,7 +25,7 @@ impl RecordingRows {
                 (at.into_iter().map(|at| kept[at]).collect(), Some(starts))
             }
         };
-        Self { hashes: recordings.iter().map(|row| raw.row_hash[*row]).collect(), recordings, starts }
+        Self { hashes: recordings.iter().map(|row| row_hash[*row]).collect(), recordings, starts }
     }
 
     /// Checks whether samples are windows.
@@ -56,18 +56,5 @@ impl RecordingRows {
             Some(starts) => format!("{}[{}..]", raw.origins[*row], starts[i]),
         };
         self.recordings.iter().enumerate().map(origin).collect()
-    }
-
-    /// Returns the fingerprint of each sample: windows are copies where they are the same part of equal recordings.
-    pub fn hashes(self) -> Vec<RowHash> {
-        let Some(starts) = self.starts else { return self.hashes };
-        let of_window = |(hash, start): (&RowHash, &usize)| {
-            let mut both = hash.to_vec();
-            both.extend((*start as u64).to_le_bytes());
-            let mut short = RowHash::default();
-            short.copy_from_slice(&blake3::hash(&both).as_bytes()[..16]);
-            short
-        };
-        self.hashes.iter().zip(&starts).map(of_window).collect()
     }
 }

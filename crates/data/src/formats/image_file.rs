@@ -1,6 +1,5 @@
 //! Reads one PNG or JPEG recording.
 
-use crate::dataset::digest::{RowHash, hash_row};
 use crate::formats::names::IMAGE;
 use crate::options::{Limits, ReadOptions};
 use crate::reader::{FileFormat, Format, Sample};
@@ -49,7 +48,7 @@ impl FileFormat for ImageFile {
     }
 
     /// Decodes one image: `[H, W]` or `[3, H, W]` in its stored range, 0..255 or 0..65535, resampled to the size where one
-    /// is given, with the hash of the values before.
+    /// is given.
     fn read(&self, path: &Path, options: &ReadOptions) -> Result<Sample> {
         let (file, resize) = (path.display().to_string(), options.resize);
         let decoder = open(path, &file, &options.limits)?;
@@ -59,14 +58,14 @@ impl FileFormat for ImageFile {
             return Err(Error::file(file, "has transparent pixels; save it as grey or RGB"));
         }
         let bits = 8 * (image.color().bytes_per_pixel() / image.color().channel_count().max(1));
-        let (values, hash) = match (stored.len(), bits) {
+        let values = match (stored.len(), bits) {
             (3, 8) => planes::<Rgb<f32>, u8>(&image.into_rgb8(), &stored, resize, 255.0),
             (3, _) => planes::<Rgb<f32>, u16>(&image.into_rgb16(), &stored, resize, 65535.0),
             (_, 8) => planes::<Luma<f32>, u8>(&image.into_luma8(), &stored, resize, 255.0),
             (_, _) => planes::<Luma<f32>, u16>(&image.into_luma16(), &stored, resize, 65535.0),
         };
         let (shape, dtype) = (resized(&stored, resize), format!("png/jpeg u{bits}"));
-        Ok(Sample { shape, values, hash, dtype, channel_names: vec![] })
+        Ok(Sample { shape, values, dtype, channel_names: vec![] })
     }
 }
 
@@ -139,21 +138,19 @@ fn resized(shape: &[usize], resize: Option<[usize; 2]>) -> Vec<usize> {
     }
 }
 
-/// Makes one plane per colour, resampled where a size is given, then with the hash of the planes before;
-/// `white` is the largest value.
+/// Makes one plane per colour, resampled where a size is given; `white` is the largest value.
 fn planes<P: Pixel<Subpixel = f32> + 'static, T: Copy + Into<f32>>(
     stored: &[T],
     shape: &[usize],
     resize: Option<[usize; 2]>,
     white: f32,
-) -> (Vec<f32>, Option<RowHash>) {
+) -> Vec<f32> {
     let colours = usize::from(P::CHANNEL_COUNT);
     let Some(size) = resize else {
-        return (by_plane(stored, colours).map(Into::into).collect(), None);
+        return by_plane(stored, colours).map(Into::into).collect();
     };
-    let hash = hash_row(by_plane(stored, colours).map(Into::<f32>::into));
     let from = [shape[shape.len() - 2], shape[shape.len() - 1]];
-    (resampled::<P, T>(stored, from, size, white), Some(hash))
+    resampled::<P, T>(stored, from, size, white)
 }
 
 /// Resamples pixels of `from` rows and columns to `size` by a triangle filter, one plane per colour.

@@ -73,7 +73,6 @@ fn read(root: &Path, found: &FoundFiles, options: &ReadOptions) -> Result<Record
         x,
         dtype: "json".into(),
         layout: Some(Layout::Series),
-        row_hash: vec![],
         origins,
         rate: timing.map(|timing| timing.rate()),
         read_as,

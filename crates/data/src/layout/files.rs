@@ -73,7 +73,6 @@ pub(crate) fn read(place: &Place, found: FoundFiles, options: &ReadOptions) -> R
         names: Some(names),
         facts,
         groups,
-        row_hash: recorded.row_hash,
         ignored: found.ignored,
         read_as: [found.read_as, recorded.read_as].concat(),
         topics: recorded.topics,
@@ -97,7 +96,7 @@ fn one_by_one(
     if let Some(shape) = format.shape(Path::new(first), options)? {
         total_size(&file, found.files.len(), &shape, None, options)?;
     }
-    let (mut row_hash, mut origins) = (Vec::new(), Vec::new());
+    let mut origins = Vec::new();
     let mut channel_names: Option<Vec<String>> = None;
     let mut collected = Collected::new(&file, options.limits).of_about(found.files.len());
     let mut dtype: Option<String> = None;
@@ -119,7 +118,6 @@ fn one_by_one(
             let (kind, first_kind) = (sample.dtype, first_dtype.clone());
             return Err(Error::MixedKinds { file: name, kind, first: first.into(), first_kind });
         }
-        row_hash.extend(sample.hash);
         #[expect(clippy::expect_used, reason = "files are sought below root")]
         origins.push(path.strip_prefix(root).expect("a path below root").display().to_string());
     }
@@ -131,7 +129,6 @@ fn one_by_one(
         x,
         dtype,
         layout,
-        row_hash,
         origins,
         rate: None,
         read_as: vec![],

@@ -21,7 +21,6 @@ pub(crate) fn one(header: &npy::Header, reader: &mut dyn Read, at: &str, limits:
     Ok(Sample {
         shape,
         values: array.into_iter().collect(),
-        hash: None,
         dtype: header.dtype.clone(),
         channel_names: vec![],
     })

@@ -1,5 +1,6 @@
 //! Samples as recorded: they may differ in length along one axis, which is time.
 
+use crate::dataset::digest::{RowHash, hash_row};
 use crate::options::Limits;
 use crate::{Error, Result};
 use ndarray::ArrayD;
@@ -107,6 +108,17 @@ impl Ragged {
             Some(_) => None,
             None => ArrayD::from_shape_vec(shape, self.values).ok(),
         }
+    }
+
+    /// Hashes each sample, all of it or only `channels` along its first axis.
+    pub fn hashes(&self, channels: Option<&[usize]>) -> Vec<RowHash> {
+        let Some(channels) = channels else { return self.each().map(hash_row).collect() };
+        let first = self.shape.first().map_or(1, |axis| *axis);
+        let of = |sample: &[f32]| {
+            let each = sample.len() / first;
+            hash_row(channels.iter().flat_map(|c| &sample[c * each..(c + 1) * each]))
+        };
+        self.each().map(of).collect()
     }
 
     /// Selects the samples `kept` and `channels` along their first axis, which is not the one in which they differ.

@@ -6,6 +6,7 @@
 
 mod axes;
 mod compiled;
+mod copies;
 mod encoder;
 mod guarding;
 mod names;

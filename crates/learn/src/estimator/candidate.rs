@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
-use serde_json::{Map, Value};
+use serde_json::{Map, Value, json};
 use taxel_baselines::Method;
 use taxel_data::Dataset;
 use taxel_faults::{Fault, TrainingFaults};
@@ -14,6 +14,7 @@ use crate::error::Result;
 use crate::estimator::baseline::Baseline;
 use crate::estimator::estimator::Estimator;
 use crate::estimator::trainable::Trainable;
+use crate::model::digest;
 use crate::problem::{Check, fault_problem, require};
 use crate::training::recipe::Recipe;
 
@@ -153,6 +154,13 @@ impl Candidate {
         let Some(faults) = self.faults() else { return Ok(()) };
         faults.plan(dataset.spec.layout, &dataset.spec.shape).map_err(fault_problem)?;
         Ok(())
+    }
+
+    /// Returns the digest of its network and of the weights that this starts from; none of a baseline.
+    pub(crate) fn network_digest(&self) -> Option<String> {
+        let Trainable { graph, start, .. } = self.estimator.as_network()?;
+        let both = json!([graph, start.as_deref().map(digest)]);
+        Some(blake3::hash(both.to_string().as_bytes()).to_hex().to_string())
     }
 
     /// Refuses samples of which it cannot be trained on `samples`.

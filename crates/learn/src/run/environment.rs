@@ -3,13 +3,13 @@
 use std::fs;
 
 use serde::{Deserialize, Serialize};
-use taxel_data::Source;
+use taxel_data::{Facts, Source};
 
 /// Git commit that this program was built from, with `-dirty` behind it if sources had been changed since.
 pub(crate) const COMMIT: Option<&str> = option_env!("TAXEL_COMMIT");
 
 /// Machine, code and data of a run; what cannot be found out is left out.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Environment {
     /// Version of taxel.
     pub taxel: String,
@@ -40,6 +40,9 @@ pub struct Environment {
     pub source: Source,
     /// BLAKE3 of the samples.
     pub data_digest: String,
+    /// The facts about them that a training depends on; none in folders of older versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub facts: Option<Facts>,
 }
 
 /// Version of this program with the commit that it was built from, where that is known: `0.1.0 1f0c..`.
@@ -64,6 +67,7 @@ impl Environment {
             seed,
             source: source.clone(),
             data_digest: data_digest.into(),
+            facts: None,
         }
     }
 

@@ -17,7 +17,7 @@ impl RunFolder {
     /// Other samples than those of the run; a file that is missing, damaged or does not fit the others.
     pub fn finished(&self, dataset: &Dataset) -> Result<(Results, Vec<FoldRecord>)> {
         let results = self.results()?;
-        self.same_data("results.json", &results.data_digest, dataset)?;
+        self.same_data("results.json", &results.data_digest, results.data_facts.as_deref(), dataset)?;
         let refuse = |what: String| {
             let reason = format!("{what}; resume the run, which writes it anew");
             Error::damaged(&self.file("results.json"), reason)
@@ -44,10 +44,20 @@ impl RunFolder {
         Ok((results, records))
     }
 
-    /// Refuses samples that are not those whose digest `file` holds.
-    pub(crate) fn same_data(&self, file: &str, then: &str, dataset: &Dataset) -> Result<()> {
+    /// Refuses samples that are not those whose digest `file` holds, or about which other facts are known than those with
+    /// the digest `facts`.
+    pub(crate) fn same_data(
+        &self,
+        file: &str,
+        then: &str,
+        facts: Option<&str>,
+        dataset: &Dataset,
+    ) -> Result<()> {
         if then == dataset.digest {
-            return Ok(());
+            return match facts {
+                Some(facts) if facts != dataset.facts().digest() => Err(self.other_facts(file, dataset)),
+                _ => Ok(()),
+            };
         }
         let reason = format!(
             "was run on other data than {} holds now (digest {then} in {file}, {} now); bring the data back, or \
@@ -55,6 +65,22 @@ impl RunFolder {
             dataset.source, dataset.digest
         );
         Err(Error::folder(self.path(), reason))
+    }
+
+    /// Refuses samples about which `file` was told other facts.
+    fn other_facts(&self, file: &str, dataset: &Dataset) -> Error {
+        let before = self.environment().ok().and_then(|environment| environment.facts);
+        let changed = before.map_or(vec![], |before| before.differences(&dataset.facts()));
+        let changed = if changed.is_empty() {
+            "layout, channels, unit, rate, full scale or targets".into()
+        } else {
+            changed.join("; ")
+        };
+        let reason = format!(
+            "was run on the same readings with other facts ({file}): {changed}; bring the facts back, or run it again \
+             in another folder"
+        );
+        Error::folder(self.path(), reason)
     }
 
     /// Refuses a record that is not about this fold of these samples.
@@ -74,7 +100,9 @@ impl RunFolder {
                 Error::damaged(&path, "is not there, and results.json has its scores; resume the run")
             })?;
             match (&record.data, &record.model) {
-                (Some(data), Some(_)) => self.same_data(&format!("folds/{key}.json"), data, dataset)?,
+                (Some(data), Some(_)) => {
+                    self.same_data(&format!("folds/{key}.json"), data, record.facts.as_deref(), dataset)?;
+                }
                 _ => return Err(older(&path)),
             }
             self.check(&record, &key, dataset)?;

@@ -94,6 +94,12 @@ pub struct FoldRecord {
     /// BLAKE3 of the samples; none in folders of older versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub data: Option<String>,
+    /// Digest of the [facts](taxel_data::Facts) about the samples; none in folders of older versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub facts: Option<String>,
+    /// Digest of the network and the weights that it started from; none of a baseline.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub network_digest: Option<String>,
     /// Digest of the model that the fold wrote, which stands last in the card of its file; none in memory and in
     /// folders of older versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -143,6 +149,8 @@ impl FoldRecord {
         FoldRecord {
             key: key.clone(),
             data: Some(dataset.digest.clone()),
+            facts: Some(dataset.facts().digest()),
+            network_digest: None,
             model: None,
             train_samples: fold.train.len(),
             index: fold.test.clone(),

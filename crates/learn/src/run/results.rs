@@ -113,6 +113,9 @@ pub struct Results {
     pub source: Source,
     /// BLAKE3 of the samples.
     pub data_digest: String,
+    /// Digest of the [facts](taxel_data::Facts) about the samples; none in folders of older versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub data_facts: Option<String>,
     /// Number of samples.
     pub samples: usize,
     /// Shape of one sample.
@@ -142,6 +145,12 @@ pub struct Results {
 }
 
 impl Results {
+    /// Checks whether the scores were measured on this data set: on its samples, under the same facts.
+    pub fn is_of(&self, dataset: &Dataset) -> bool {
+        let facts = self.data_facts.as_ref();
+        self.data_digest == dataset.digest && facts.is_none_or(|facts| *facts == dataset.facts().digest())
+    }
+
     /// No networks, no folds.
     pub(crate) fn empty(dataset: &Dataset, protocol: &Protocol, seed: u64) -> Self {
         let task = dataset.task();
@@ -152,6 +161,7 @@ impl Results {
             missing: vec![],
             source: dataset.source.clone(),
             data_digest: dataset.digest.clone(),
+            data_facts: Some(dataset.facts().digest()),
             samples: dataset.len(),
             sample_shape: dataset.spec.shape.clone(),
             look_alikes: BTreeMap::new(),

@@ -3,7 +3,7 @@
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-use taxel_data::Dataset;
+use taxel_data::{Dataset, Facts};
 
 use crate::error::{Error, Result};
 use crate::estimator::candidate::Candidate;
@@ -68,10 +68,13 @@ impl<'a> ActiveRun<'a> {
         let Some(folder) = self.folder.clone() else { return Ok(()) };
         let dataset = self.plan.dataset;
         let threads = self.options.threads();
+        let facts = dataset.facts();
         let now = Environment::now(threads, self.plan.seed, &dataset.source, &dataset.digest);
+        let now = Environment { facts: Some(facts), ..now };
         let environment: Option<Environment> = folder.read(ENVIRONMENT)?;
         if let Some(before) = &environment {
-            folder.same_data(ENVIRONMENT, &before.data_digest, dataset)?;
+            let then = before.facts.as_ref().map(Facts::digest);
+            folder.same_data(ENVIRONMENT, &before.data_digest, then.as_deref(), dataset)?;
         }
         let moved = environment.as_ref().and_then(|before| before.another_machine(&now));
         if let (Some(moved), true) = (&moved, self.options.time_again) {
@@ -80,16 +83,22 @@ impl<'a> ActiveRun<'a> {
         }
         let before = if folder.file("results.json").is_file() { Some(folder.results()?) } else { None };
         if let Some(before) = &before {
-            folder.same_data("results.json", &before.data_digest, dataset)?;
+            folder.same_data("results.json", &before.data_digest, before.data_facts.as_deref(), dataset)?;
         }
         for key in &self.plan.keys {
             let Some(record) = folder.record(key)? else { continue };
             if let Some(data) = &record.data {
-                folder.same_data(&format!("folds/{key}.json"), data, dataset)?;
+                folder.same_data(&format!("folds/{key}.json"), data, record.facts.as_deref(), dataset)?;
             }
             Saver::remove(&folder.session_path(key))?;
             if record.key != *key || Some(&record.index) != self.plan.fold(key).map(|fold| &fold.test) {
                 let reason = "belongs to another split; give another folder, or delete the run folder";
+                return Err(Error::damaged(&folder.record_path(key), reason));
+            }
+            let network = self.candidate(key).and_then(Candidate::network_digest);
+            if record.facts.is_some() && record.network_digest != network {
+                let reason = "was trained with another network or from other weights than the files that the config names \
+                              hold now (`weights`, `file`, `onnx`); bring them back, or run it again in another folder";
                 return Err(Error::damaged(&folder.record_path(key), reason));
             }
             folder.check(&record, key, dataset)?;
@@ -241,6 +250,7 @@ impl<'a> ActiveRun<'a> {
         let Some(trained) = train_fold(&job, encoder, &mut hooks)? else { return Ok(None) };
         let model = self.write_model(key, &trained.model)?;
         let record = trained.record(key, dataset, fold, model)?;
+        let record = FoldRecord { network_digest: candidate.network_digest(), ..record };
         let timing = Timing {
             key: key.clone(),
             train_seconds: trained.trained.train_seconds,

@@ -165,7 +165,7 @@ impl Fit {
             folder.finished(&dataset)?;
         }
         // A score belongs to the recordings and the recipe that it was measured with.
-        let same = dataset.digest == results.data_digest && !self.quick && self.set.is_empty() && !self.guard;
+        let same = results.is_of(&dataset) && !self.quick && self.set.is_empty() && !self.guard;
         let score = found.filter(|_| same).and_then(|result| results.score(&result.network));
         let quantized = floats.is_some();
         Ok(Training { experiment, dataset, name, score, quantized })
@@ -183,7 +183,8 @@ impl Fit {
 
     /// Returns the file that the training is saved in: another training has another one.
     fn session(&self, experiment: &Experiment, dataset: &Dataset, name: &str) -> PathBuf {
-        let what = format!("{}\n{}\n{name}", experiment.to_toml(), dataset.digest);
+        let what =
+            format!("{}\n{}\n{}\n{name}", experiment.to_toml(), dataset.digest, dataset.facts().digest());
         let key = &blake3::hash(what.as_bytes()).to_hex()[..12];
         let stem = self.output.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         self.output.parent().unwrap_or(Path::new("")).join(format!(".{stem}.{key}.session.safetensors"))

@@ -133,17 +133,7 @@ fn collected(
     let x = timed.into_recordings(timing, shape, file, options)?;
     let origins = all.into_iter().map(|recording| recording.name).collect();
     let (dtype, rate) = ("mcap".into(), timing.map(|timing| timing.rate()));
-    Ok(Recorded {
-        x,
-        dtype,
-        layout: Some(layout),
-        row_hash: vec![],
-        origins,
-        rate,
-        read_as,
-        topics,
-        channel_names: vec![],
-    })
+    Ok(Recorded { x, dtype, layout: Some(layout), origins, rate, read_as, topics, channel_names: vec![] })
 }
 
 /// Says for the card how bags were read; `rows` are those of each recording.
