@@ -78,6 +78,41 @@ fn doc_lines_do_not_begin_with_what() {
     report("a doc line begins with a verb or a noun, not with \"What\"", &found, &[]);
 }
 
+/// Words at the beginning of a doc line that end like a verb and are none.
+const NO_VERBS: [&str; 9] =
+    ["This", "Its", "Images", "Weights", "Samples", "Names", "Values", "Lines", "Numbers"];
+
+/// A function does something: the doc of it begins with what that is.
+#[test]
+fn docs_of_functions_begin_with_a_verb() {
+    let mut found = Vec::new();
+    for path in with_ending(&["rs"]).into_iter().filter(|path| path.contains("/src/")) {
+        let all = text(&path);
+        let lines: Vec<&str> = all.lines().map(str::trim).collect();
+        let begins =
+            |at: usize| lines[at].starts_with("///") && (at == 0 || !lines[at - 1].starts_with("///"));
+        for at in (0..lines.len()).filter(|at| begins(*at)) {
+            let is_about = |line: &&&str| !line.starts_with("///") && !line.starts_with("#[");
+            let item = lines[at..].iter().find(is_about).map_or("", |line| *line);
+            let item = item
+                .strip_prefix("pub")
+                .map_or(item, |rest| rest.split_once(' ').map_or("", |(_, item)| item));
+            let item =
+                ["const ", "unsafe "].iter().fold(item, |item, word| item.strip_prefix(word).unwrap_or(item));
+            let first = lines[at].trim_start_matches('/').split_whitespace().next().unwrap_or_default();
+            let is_verb = first.len() > 2
+                && first.ends_with('s')
+                && first.chars().all(|c| c.is_ascii_alphabetic())
+                && first.starts_with(|c: char| c.is_ascii_uppercase())
+                && !NO_VERBS.contains(&first);
+            if item.starts_with("fn ") && !is_verb {
+                found.push(format!("{path}:{}: {}", at + 1, start(lines[at])));
+            }
+        }
+    }
+    report("the doc of a function begins with a verb: Returns, Reads, Checks", &found, &[]);
+}
+
 /// A cell is read at one glance; longer remarks go below the table.
 #[test]
 fn cells_are_short() {

@@ -85,7 +85,7 @@ pub fn unknown(what: &str, name: &str, expected: &[&str]) -> String {
     }
 }
 
-/// `did you mean ...?`, where a name is near.
+/// Asks `did you mean ...?`, where a name is near.
 fn meant<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<String> {
     match nearest(name, known).as_slice() {
         [] => None,

@@ -58,28 +58,28 @@ impl<'a> Series<'a> {
         }
     }
 
-    /// Number of recordings.
+    /// Returns the number of recordings.
     pub fn len(&self) -> usize {
         self.values.len() / (self.channels * self.length)
     }
 
-    /// Never: there is at least one recording.
+    /// Checks whether there is no recording. There is always at least one.
     pub fn is_empty(&self) -> bool {
         self.values.is_empty()
     }
 
-    /// Channels and length of a recording.
+    /// Returns channels and length of a recording.
     pub fn shape(&self) -> [usize; 2] {
         [self.channels, self.length]
     }
 
-    /// The values of recording `i`, channel after channel.
+    /// Returns the values of recording `i`, channel after channel.
     pub fn sample(&self, i: usize) -> &'a [f32] {
         let each = self.channels * self.length;
         &self.values[i * each..(i + 1) * each]
     }
 
-    /// One channel of recording `i`.
+    /// Returns one channel of recording `i`.
     pub fn channel(&self, i: usize, channel: usize) -> &'a [f32] {
         &self.sample(i)[channel * self.length..(channel + 1) * self.length]
     }
@@ -169,7 +169,7 @@ impl Method {
         ]
     }
 
-    /// Name in tables and files.
+    /// Returns the name in tables and files.
     pub fn name(&self) -> &'static str {
         match self {
             Method::Majority => "majority",
@@ -181,7 +181,7 @@ impl Method {
         }
     }
 
-    /// Where it is published.
+    /// Returns where it is published.
     pub fn reference(&self) -> &'static str {
         match self {
             Method::Majority => "the commonest class",
@@ -192,7 +192,7 @@ impl Method {
         }
     }
 
-    /// Why it cannot be fitted to `samples` recordings of `length` readings, if so.
+    /// Says why it cannot be fitted to `samples` recordings of `length` readings, if so.
     pub fn unfit(&self, samples: usize, length: usize) -> Option<String> {
         match self {
             Method::MiniRocket { .. } if length < minirocket::KERNEL => {
@@ -261,7 +261,7 @@ impl Method {
 }
 
 impl Fitted {
-    /// The `method` that had been fitted to series of `shape` (channels, length) and was saved as
+    /// Reads the `method` that had been fitted to series of `shape` (channels, length) and was saved as
     /// [`Fitted::tensors`].
     ///
     /// # Errors
@@ -281,8 +281,8 @@ impl Fitted {
         })
     }
 
-    /// Scores `[n, classes]` from 0 to 1, row-major, each row adding up to 1. They order the classes; only
-    /// the majority's are probabilities. Of [`Method::Ridge`] the values `[n, outputs]`.
+    /// Computes scores `[n, classes]` from 0 to 1, row-major, each row adding up to 1. They order the classes; only the
+    /// majority's are probabilities. Of [`Method::Ridge`] the values `[n, outputs]`.
     ///
     /// # Errors
     /// Series of another shape than those it was fitted to.
@@ -301,7 +301,7 @@ impl Fitted {
         }
     }
 
-    /// Memory for one call of [`Fitted::predict_one`] after the other.
+    /// Makes the memory for one call of [`Fitted::predict_one`] after the other.
     pub fn workspace(&self) -> Workspace {
         Workspace(match self {
             Fitted::Majority(_) => MethodMemory::Majority,
@@ -315,8 +315,8 @@ impl Fitted {
         })
     }
 
-    /// [`Fitted::scores`] of one recording, channel after channel, bit for bit. After the first call nothing is
-    /// allocated.
+    /// Computes [`Fitted::scores`] of one recording, channel after channel, bit for bit. After the first call nothing
+    /// is allocated.
     ///
     /// # Errors
     /// Another shape, a value that is not finite, or a workspace of another kind of method.
@@ -367,7 +367,7 @@ impl Fitted {
         Ok(())
     }
 
-    /// Channels and length of the recordings; none where any will do.
+    /// Returns channels and length of the recordings; none where any will do.
     fn shape(&self) -> Option<[usize; 2]> {
         match self {
             Fitted::Majority(_) => None,
@@ -378,7 +378,7 @@ impl Fitted {
         }
     }
 
-    /// Number of classes, or of values.
+    /// Returns the number of classes, or of values.
     pub fn classes(&self) -> usize {
         match self {
             Fitted::Majority(shares) => shares.len(),
@@ -389,12 +389,12 @@ impl Fitted {
         }
     }
 
-    /// Stored numbers.
+    /// Counts the stored numbers.
     pub fn parameters(&self) -> u64 {
         self.tensors().iter().map(|(_, _, values)| values.len() as u64).sum()
     }
 
-    /// Multiply-accumulates for one sample; MiniRocket's additions count as such.
+    /// Counts the multiply-accumulates for one sample; MiniRocket's additions count as such.
     pub fn macs(&self) -> u64 {
         match self {
             Fitted::Majority(_) => 0,
@@ -405,7 +405,7 @@ impl Fitted {
         }
     }
 
-    /// Everything that was fitted, as named arrays: name, shape, values.
+    /// Returns everything that was fitted, as named arrays: name, shape, values.
     pub fn tensors(&self) -> Vec<(&'static str, Vec<usize>, Vec<f32>)> {
         match self {
             Fitted::Majority(shares) => vec![("shares", vec![shares.len()], shares.clone())],
@@ -442,7 +442,7 @@ fn softened(mut values: Vec<f32>, classes: usize) -> Vec<f32> {
     values
 }
 
-/// Softmax over each row of `classes` values, in place.
+/// Takes the softmax over each row of `classes` values, in place.
 pub fn softmax(values: &mut [f32], classes: usize) {
     for row in values.chunks_exact_mut(classes.max(1)) {
         let largest = row.iter().copied().fold(f32::NEG_INFINITY, f32::max);

@@ -86,7 +86,7 @@ impl TryFrom<RocketParts> for MiniRocket {
     }
 }
 
-/// The three places of weight 2 of each kernel, in the authors' order.
+/// Lists the three places of weight 2 of each kernel, in the authors' order.
 fn places() -> Vec<[usize; 3]> {
     let mut places = Vec::with_capacity(KERNELS);
     for a in 0..KERNEL {
@@ -97,7 +97,7 @@ fn places() -> Vec<[usize; 3]> {
     places
 }
 
-/// Dilations for series of `length`, with the features that one kernel has at each.
+/// Lists the dilations for series of `length`, with the features that one kernel has at each.
 fn dilations(length: usize, features: usize) -> Vec<(usize, usize)> {
     let per_kernel = (features / KERNELS).max(1);
     let most = per_kernel.min(DILATIONS);
@@ -142,7 +142,7 @@ impl MiniRocket {
         Self::fit_with(train, features, draws)
     }
 
-    /// Kernels times dilations for series of `length`: so many entries [`Draws`] has.
+    /// Returns kernels times dilations for series of `length`: so many entries [`Draws`] has.
     ///
     /// # Errors
     /// Recordings shorter than a kernel.
@@ -154,7 +154,7 @@ impl MiniRocket {
         }
     }
 
-    /// [`MiniRocket::fit`] with everything random given.
+    /// Fits as [`MiniRocket::fit`] does, with everything random given.
     ///
     /// # Errors
     /// Recordings shorter than a kernel, or draws of another number.
@@ -202,12 +202,12 @@ impl MiniRocket {
         MiniRocket { shape, dilations, channels, biases, rocket }
     }
 
-    /// Thresholds of all features.
+    /// Returns the thresholds of all features.
     pub fn biases(&self) -> &[f32] {
         &self.biases
     }
 
-    /// Features of each recording, shares in `[0, 1]`.
+    /// Computes the features of each recording, shares in `[0, 1]`.
     ///
     /// # Errors
     /// Series of another shape than those it was fitted to.
@@ -222,7 +222,8 @@ impl MiniRocket {
         Ok(FeatureMatrix { values, width })
     }
 
-    /// [`MiniRocket::transform`] of one recording, channel after channel, in memory that [`MiniRocket::work`] makes.
+    /// Computes [`MiniRocket::transform`] of one recording, channel after channel, in memory that
+    /// [`MiniRocket::work`] makes.
     ///
     /// # Panics
     /// A recording, memory or features of another size.
@@ -230,22 +231,22 @@ impl MiniRocket {
         self.rocket.shares(recording, work, features);
     }
 
-    /// Memory for [`MiniRocket::shares`].
+    /// Makes the memory for [`MiniRocket::shares`].
     pub fn work(&self) -> RocketMemory {
         self.rocket.work()
     }
 
-    /// Number of features where so many are asked for: the multiple of 84 below, 84 at least.
+    /// Returns the number of features where so many are asked for: the multiple of 84 below, 84 at least.
     pub fn width(features: usize) -> usize {
         (features / KERNELS).max(1) * KERNELS
     }
 
-    /// Channels and length of the recordings that it was fitted to.
+    /// Returns channels and length of the recordings that it was fitted to.
     pub fn shape(&self) -> [usize; 2] {
         self.shape
     }
 
-    /// Additions of the convolutions: nine readings per position and channel.
+    /// Counts the additions of the convolutions: nine readings per position and channel.
     pub(crate) fn macs(&self) -> u64 {
         let reads: usize = self.channels.iter().map(Vec::len).sum();
         (reads * KERNEL * self.shape[1]) as u64
@@ -285,7 +286,7 @@ impl MiniRocket {
     }
 }
 
-/// All convolutions, with the thresholds that follow each other in `biases`.
+/// Makes all convolutions, with the thresholds that follow each other in `biases`.
 fn rocket(
     [channels, length]: [usize; 2],
     dilations: &[(usize, usize)],

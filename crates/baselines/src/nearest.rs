@@ -49,7 +49,7 @@ impl Nearest {
         self.classes
     }
 
-    /// Votes of one recording, a share per class. `distances` has room for one per training sample.
+    /// Writes the votes of one recording, a share per class. `distances` has room for one per training sample.
     pub(crate) fn predict_one(
         &self,
         sample: &[f32],
@@ -62,7 +62,7 @@ impl Nearest {
         self.vote(distances, best, votes);
     }
 
-    /// [`Nearest::predict_one`] for neighbouring recordings.
+    /// Does [`Nearest::predict_one`] for neighbouring recordings.
     fn votes(&self, samples: &[f32], each: usize, votes: &mut [f32]) {
         let n = self.y.len();
         let mut distances = vec![0.0; samples.len() / each * n];
@@ -73,7 +73,7 @@ impl Nearest {
         }
     }
 
-    /// Room for the nearest.
+    /// Makes room for the nearest.
     pub(crate) fn best(&self) -> Best {
         Best(Vec::with_capacity(self.k + 1))
     }

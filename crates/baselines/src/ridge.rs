@@ -38,17 +38,17 @@ pub struct FeatureMatrix {
 }
 
 impl FeatureMatrix {
-    /// Rows of `width` features.
+    /// Makes a matrix of rows of `width` features.
     pub fn new(values: Vec<f32>, width: usize) -> Self {
         FeatureMatrix { values, width }
     }
 
-    /// The features, row after row.
+    /// Returns the features, row after row.
     pub fn into_values(self) -> Vec<f32> {
         self.values
     }
 
-    /// The features, row after row.
+    /// Returns the features, row after row.
     pub fn values(&self) -> &[f32] {
         &self.values
     }
@@ -126,17 +126,17 @@ impl Ridge {
         Ok(Ridge { alpha, error: error / (n * classes) as f64, width, weights, bias })
     }
 
-    /// The penalty that was chosen.
+    /// Returns the penalty that was chosen.
     pub fn alpha(&self) -> f64 {
         self.alpha
     }
 
-    /// Mean squared leave-one-out error of that penalty, over samples and classes.
+    /// Returns the mean squared leave-one-out error of that penalty, over samples and classes.
     pub fn error(&self) -> f64 {
         self.error
     }
 
-    /// Decision values `[n, classes]`, about 1 for the true class and −1 for others.
+    /// Computes the decision values `[n, classes]`, about 1 for the true class and −1 for others.
     pub fn decide(&self, x: &FeatureMatrix) -> Vec<f32> {
         let classes = self.bias.len();
         let mut values = vec![0.0; x.values.len() / self.width * classes];
@@ -147,7 +147,7 @@ impl Ridge {
         values
     }
 
-    /// Decision values of one row of features; `products` has as much room.
+    /// Writes the decision values of one row of features; `products` has as much room.
     pub(crate) fn decide_one(&self, features: &[f32], products: &mut [f64], values: &mut [f32]) {
         double::dots(&self.weights, features, products);
         for ((value, product), bias) in values.iter_mut().zip(products).zip(&self.bias) {
@@ -185,7 +185,7 @@ impl Ridge {
     }
 }
 
-/// Columns of mean 0 and deviation 1 `[n, width]`, and what was taken off and divided by. A constant column
+/// Returns the columns at mean 0 and deviation 1 `[n, width]`, and what was taken off and divided by. A constant column
 /// stays zero; as scikit-learn, one that varies less than its own rounding is constant.
 fn standardised(x: &FeatureMatrix, n: usize) -> (Mat<f64>, Vec<f64>, Vec<f64>) {
     let width = x.width;
@@ -204,7 +204,7 @@ fn standardised(x: &FeatureMatrix, n: usize) -> (Mat<f64>, Vec<f64>, Vec<f64>) {
     (rows, mean, sd)
 }
 
-/// Products of all pairs of samples `[n, n]`, and 1 for the intercept, a constant feature; the lower half.
+/// Computes the products of all pairs of samples `[n, n]`, and 1 for the intercept, a constant feature; the lower half.
 fn gram(rows: &Mat<f64>) -> Mat<f64> {
     let n = rows.nrows();
     let mut gram = Mat::full(n, n, 1.0);
@@ -213,8 +213,8 @@ fn gram(rows: &Mat<f64>) -> Mat<f64> {
     gram
 }
 
-/// Squared errors of each sample by the regression on all others, summed, and the coefficients of the samples
-/// `[n, classes]` in the regression on all. None if `gram` and the penalty are not positive definite.
+/// Returns the squared errors of each sample by the regression on all others, summed, and the coefficients of the
+/// samples `[n, classes]` in the regression on all. None if `gram` and the penalty are not positive definite.
 ///
 /// Of G, the inverse of both, the error of sample i is (G targets)ᵢ / Gᵢᵢ.
 fn leave_one_out(gram: &Mat<f64>, targets: &Mat<f64>, alpha: f64) -> Option<(f64, Mat<f64>)> {

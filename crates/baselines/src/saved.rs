@@ -34,7 +34,7 @@ impl<'a> Saved<'a> {
         Ok(self.sized(name, 1)?[0])
     }
 
-    /// Whole rows of `width`.
+    /// Returns whole rows of `width`.
     pub(crate) fn rows(&self, name: &str, width: usize) -> Result<&'a [f32]> {
         let values = self.get(name)?;
         if values.len().is_multiple_of(width.max(1)) {

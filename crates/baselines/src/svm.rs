@@ -132,7 +132,7 @@ impl Svm {
         self
     }
 
-    /// Decision values `[n, pairs]` of the pairs (0, 1), (0, 2), … of classes: above 0 for the first.
+    /// Computes the decision values `[n, pairs]` of the pairs (0, 1), (0, 2), … of classes: above 0 for the first.
     ///
     /// # Errors
     /// Series of another shape than those it was fitted to.
@@ -147,7 +147,7 @@ impl Svm {
         Ok(values)
     }
 
-    /// Decision values of neighbouring recordings.
+    /// Writes the decision values of neighbouring recordings.
     fn decide_some(&self, x: &[f32], SvmMemory { alike, .. }: &mut SvmMemory, values: &mut [f32]) {
         let (features, vectors) = (self.features(), self.vectors.len() / self.features());
         let n = x.len() / features;
@@ -178,7 +178,7 @@ impl Svm {
         }
     }
 
-    /// Votes of the machines plus, between −1/3 and 1/3, their confidence.
+    /// Computes the votes of the machines plus, between −1/3 and 1/3, their confidence.
     ///
     /// # Errors
     /// As [`Svm::decide`].
@@ -204,7 +204,7 @@ impl Svm {
         votes.iter_mut().zip(confidence).for_each(|(vote, c)| *vote += *c / (3.0 * (c.abs() + 1.0)));
     }
 
-    /// [`Svm::votes`] of one recording.
+    /// Writes [`Svm::votes`] of one recording.
     pub(crate) fn predict_one(&self, sample: &[f32], work: &mut SvmMemory, votes: &mut [f32]) {
         let mut decisions = std::mem::take(&mut work.decisions);
         decisions.resize(self.pairs.len(), 0.0);
@@ -288,7 +288,7 @@ fn similar(kernel: SvmKernel, gamma: f64, a: &[f32], b: &[f32]) -> f64 {
     }
 }
 
-/// min ½ αᵀQα − Σα with 0 ≤ α ≤ c and Σ sign·α = 0, Q = sign·sign·kernel: α and the bias.
+/// Minimises ½ αᵀQα − Σα with 0 ≤ α ≤ c and Σ sign·α = 0, Q = sign·sign·kernel. Returns α and the bias.
 fn solve(gram: &[Vec<f64>], rows: &[usize], signs: &[f64], c: f64) -> (Vec<f64>, f64) {
     let n = rows.len();
     let kernel = |i: usize, j: usize| gram[rows[i]][rows[j]];

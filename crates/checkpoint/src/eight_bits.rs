@@ -12,14 +12,14 @@ const MOST: f32 = 127.0;
 /// stays as it is.
 const SPARE: u32 = 0x7f;
 
-/// `tensor` as it comes back from eight bits.
+/// Returns `tensor` as it comes back from eight bits.
 pub fn rounded(tensor: &Tensor) -> Tensor {
     let (whole, scales) = apart_one(tensor);
     let data = together(&whole.iter().map(|w| *w as i8).collect::<Vec<_>>(), &scales);
     Tensor { shape: tensor.shape.clone(), data }
 }
 
-/// The named tensors as whole numbers, each followed by its scales; the others as they are.
+/// Returns the named tensors as whole numbers, each followed by its scales; the others as they are.
 pub(crate) fn apart(weights: &Weights, names: &[&str]) -> Vec<(String, StoredTensor)> {
     let mut stored = vec![];
     for (name, tensor) in weights.iter() {
@@ -42,7 +42,7 @@ pub(crate) enum StoredTensor {
     Bytes(Tensor),
 }
 
-/// Whole numbers, and the scale of each output.
+/// Returns the whole numbers, and the scale of each output.
 fn apart_one(tensor: &Tensor) -> (Vec<f32>, Vec<f32>) {
     let outputs = tensor.shape.first().copied().unwrap_or(1).max(1);
     let each = (tensor.data.len() / outputs).max(1);
@@ -58,7 +58,7 @@ fn apart_one(tensor: &Tensor) -> (Vec<f32>, Vec<f32>) {
     (whole.collect(), scales)
 }
 
-/// The values of whole numbers.
+/// Returns the values of whole numbers.
 pub(crate) fn together(whole: &[i8], scales: &[f32]) -> Vec<f32> {
     let each = (whole.len() / scales.len().max(1)).max(1);
     let rows = whole.chunks(each).zip(scales);

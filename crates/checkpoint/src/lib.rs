@@ -60,7 +60,7 @@ pub fn read(path: &Path) -> Result<(Weights, Option<String>)> {
     weights().map_err(|cause| Error::new(path, cause))
 }
 
-/// The text that [`write()`] kept in a `.safetensors`, read from the file's header alone; none in other files.
+/// Reads the text that [`write()`] kept in a `.safetensors`, from the file's header alone; none in other files.
 ///
 /// # Errors
 /// A file that is missing, broken or of another kind. Values are not read, so damage there is not seen.
@@ -99,7 +99,7 @@ pub fn write_bytes(path: &Path, bytes: std::result::Result<Vec<u8>, Cause>) -> R
     bytes.and_then(write).map_err(|cause| Error::new(path, cause))
 }
 
-/// [`to_bytes`], with the tensors of these names in eight bits ([`rounded`]) and their scales beside them.
+/// Returns [`to_bytes`], with the tensors of these names in eight bits ([`rounded`]) and their scales beside them.
 ///
 /// # Errors
 /// A tensor whose values are not as many as its shape says.

@@ -20,7 +20,7 @@ pub fn write_network(path: &Path, graph: &Graph, weights: &Weights) -> Result<()
     crate::write_bytes(path, network_to_bytes(graph, weights))
 }
 
-/// The bytes that [`write_network`] writes.
+/// Returns the bytes that [`write_network`] writes.
 ///
 /// # Errors
 /// Weights that do not fit the graph.
@@ -40,7 +40,7 @@ pub fn network_from_bytes(bytes: &[u8]) -> std::result::Result<Option<(Graph, We
     checked(network, weights).map(Some)
 }
 
-/// The graph in the text of a file.
+/// Returns the graph in the text of a file.
 fn network(text: &str) -> Option<Value> {
     let Ok(Value::Object(mut text)) = serde_json::from_str(text) else { return None };
     text.remove(NETWORK)
@@ -54,7 +54,7 @@ fn checked(network: Value, weights: Weights) -> std::result::Result<(Graph, Weig
     Ok((graph, weights))
 }
 
-/// A network and its weights out of one file; none where the file holds weights alone, or a model.
+/// Reads a network and its weights out of one file; none where the file holds weights alone, or a model.
 ///
 /// # Errors
 /// As [`read`](crate::read); a graph that is none, or whose tensors are not those of the file.

@@ -51,7 +51,7 @@ impl<'a> Walk<'a> {
         Walk { rest: pickle, stack: vec![], memo: HashMap::new(), copies: 0 }
     }
 
-    /// How many objects are copied, `most` at most and a few; none for a pickle that ends too early.
+    /// Counts how many objects are copied, `most` at most and a few; none for a pickle that ends too early.
     fn copies(mut self, most: u64) -> Option<u64> {
         while self.copies <= most {
             match self.take(1)?[0] {
@@ -62,7 +62,7 @@ impl<'a> Walk<'a> {
         Some(self.copies)
     }
 
-    /// One operation. Those that candle does not know end its reading, and this.
+    /// Takes one operation. Those that candle does not know end its reading, and this.
     fn step(&mut self, code: u8) -> Option<()> {
         match code {
             0x80 => drop(self.take(1)?),
@@ -126,7 +126,7 @@ impl<'a> Walk<'a> {
         self.take(end + 1).map(drop)
     }
 
-    /// A number of that many bytes, the least significant first.
+    /// Takes a number of that many bytes, the least significant first.
     fn number(&mut self, bytes: usize) -> Option<usize> {
         Some(self.take(bytes)?.iter().rev().fold(0, |number, byte| number << 8 | usize::from(*byte)))
     }
@@ -141,18 +141,18 @@ impl<'a> Walk<'a> {
         self.stack.push(Some(size));
     }
 
-    /// Nothing where a pickle takes more than it has given: candle refuses it.
+    /// Takes the last object off: 0 where a pickle takes more than it has given, which candle refuses.
     fn pop(&mut self) -> u64 {
         self.stack.pop().flatten().unwrap_or(0)
     }
 
-    /// The last `count` objects as one.
+    /// Joins the last `count` objects to one.
     fn join(&mut self, count: usize) {
         let sum: u64 = (0..count).map(|_| self.pop()).sum();
         self.push(sum + 1);
     }
 
-    /// Everything down to the last mark.
+    /// Takes everything off down to the last mark.
     fn marked(&mut self) -> u64 {
         let mut sum = 0;
         while let Some(Some(size)) = self.stack.pop() {

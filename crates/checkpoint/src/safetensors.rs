@@ -58,7 +58,7 @@ pub fn from_bytes(bytes: &[u8]) -> Result<(Weights, Option<String>), Cause> {
     Ok((weights, text(&header)))
 }
 
-/// The text in the header of a file of `length` bytes; `file` stands at its start.
+/// Reads the text in the header of a file of `length` bytes; `file` stands at its start.
 pub(crate) fn read_text(file: &mut impl Read, length: u64) -> Result<Option<String>, Cause> {
     let mut start = [0; LENGTH];
     let room = length.checked_sub(LENGTH as u64).ok_or_else(cut)?;
@@ -87,7 +87,7 @@ fn text(header: &Metadata) -> Option<String> {
     header.metadata().as_ref().and_then(|m| m.get(KEY).cloned())
 }
 
-/// The values of a tensor in eight bits, if it has its scales.
+/// Returns the values of a tensor in eight bits, if it has its scales.
 fn whole(header: &Metadata, values: &[u8], name: &str, bytes: &[u8]) -> Option<Vec<f32>> {
     let (info, scales) = (header.info(name)?, header.info(&format!("{name}{SCALE}"))?);
     let (from, to) = scales.data_offsets;
@@ -108,7 +108,7 @@ fn floats(dtype: Dtype, bytes: &[u8]) -> Option<Vec<f32>> {
     })
 }
 
-/// The bytes of a `.safetensors`: equal weights and text give equal bytes, in whatever order the weights came.
+/// Returns the bytes of a `.safetensors`: equal weights and text give equal bytes, in whatever order the weights came.
 ///
 /// # Errors
 /// A tensor whose values are not as many as its shape says.
@@ -118,7 +118,7 @@ pub fn to_bytes(weights: &Weights, text: &str) -> Result<Vec<u8>, Cause> {
     to_bytes_of(&floats.collect::<Vec<_>>(), text)
 }
 
-/// [`to_bytes`] of tensors of several types.
+/// Returns [`to_bytes`] of tensors of several types.
 pub(crate) fn to_bytes_of(stored: &[(String, StoredTensor)], text: &str) -> Result<Vec<u8>, Cause> {
     for (name, stored) in stored {
         let (StoredTensor::Floats(tensor) | StoredTensor::Bytes(tensor)) = stored;

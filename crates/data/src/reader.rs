@@ -128,7 +128,7 @@ pub(crate) trait Reader: Sync {
 
 /// Reads files of which each is one recording.
 pub(crate) trait FileFormat: Sync {
-    /// Names a file in messages: `CSV`, `an image`.
+    /// Returns the name of a file in messages: `CSV`, `an image`.
     fn name(&self) -> &'static str;
 
     /// Returns its row in the table of what can be read.

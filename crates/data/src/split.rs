@@ -307,7 +307,7 @@ fn refuse(y: &[u32], other: &[u32], what: &'static str, k: usize) -> Result<()> 
     Ok(())
 }
 
-/// Numbers each sample as a unit of its own.
+/// Makes each sample a unit of its own.
 fn singles(samples: usize) -> Vec<u32> {
     (0..samples as u32).collect()
 }

@@ -3,7 +3,8 @@
 use candle_core::{Result, Tensor};
 use taxel_graph::Activation;
 
-/// Comparisons with NaN are false, so each chain of choices ends in the branch that hands NaN on.
+/// Applies an activation. Comparisons with NaN are false, so each chain of choices ends in the branch that
+/// hands NaN on.
 pub(crate) fn apply(function: Activation, x: &Tensor) -> Result<Tensor> {
     match function {
         Activation::Relu6 => {
@@ -31,6 +32,8 @@ mod tests {
     use super::*;
     use candle_core::{Device, Var};
 
+    /// Compares values and gradients at the corners with PyTorch's:
+    ///
     /// ```python
     /// x = torch.tensor([-4, -3, -1, 0, 3, 4, 6, 7, torch.nan], requires_grad=True)
     /// torch.nn.functional.relu6(x).sum().backward()  # and leaky_relu, hardswish

@@ -15,12 +15,12 @@ pub(crate) struct Gather {
 }
 
 impl Gather {
-    /// For `window` over the spatial `size`.
+    /// Makes the index of `window` over the spatial `size`.
     pub fn new(window: &Window, size: &[usize]) -> Self {
         Self::dilated(window, &[], size)
     }
 
-    /// For a `window` whose kernel offsets lie `dilation` apart (empty: 1).
+    /// Makes the index of a `window` whose kernel offsets lie `dilation` apart (empty: 1).
     pub fn dilated(window: &Window, dilation: &[usize], size: &[usize]) -> Self {
         let out = window.dilated(dilation).positions(size);
         let padding = size.iter().product::<usize>() as u32;
@@ -42,8 +42,8 @@ impl Gather {
         Gather { index, volume, positions }
     }
 
-    /// For means over windows that cut the spatial `size` into `output` parts, with the number of values
-    /// in each window. Windows differ in size; the rest of the smaller ones reads padding.
+    /// Makes the index for means over windows that cut the spatial `size` into `output` parts, with the number of
+    /// values in each window. Windows differ in size; the rest of the smaller ones reads padding.
     pub fn adaptive(size: &[usize], output: &[usize]) -> (Self, Vec<f32>) {
         let part = |axis: usize, i: usize| {
             i * size[axis] / output[axis]..((i + 1) * size[axis]).div_ceil(output[axis])
@@ -72,7 +72,7 @@ impl Gather {
         (Gather { index, volume, positions }, divisors)
     }
 
-    /// Patches [n, channels, volume, positions] of `x` [n, channels, spatial…]; outside is `fill`.
+    /// Takes the patches [n, channels, volume, positions] of `x` [n, channels, spatial…]; outside is `fill`.
     pub fn patches(&self, x: &Tensor, fill: f32, device: &Device) -> Result<Tensor> {
         let x = x.flatten_from(2)?;
         let (n, channels, _) = x.dims3()?;
@@ -86,7 +86,7 @@ impl Gather {
         ))
     }
 
-    /// Number of values in each window that `counted` padding or the input covers, [positions].
+    /// Counts the values in each window that `counted` padding or the input covers, [positions].
     pub fn divisors(window: &Window, size: &[usize], counted: &[(usize, usize)]) -> Vec<f32> {
         let out = window.positions(size);
         let count = |position: usize| {

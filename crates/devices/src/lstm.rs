@@ -3,7 +3,7 @@
 use candle_core::{Result, Tensor};
 use candle_nn::ops::sigmoid;
 
-/// Hidden state [n, hidden] after the last step of `x` [n, channels, steps].
+/// Computes the hidden state [n, hidden] after the last step of `x` [n, channels, steps].
 ///
 /// The tensors are PyTorch's: input weights, recurrent weights and both biases, gates i, f, g, o.
 pub(crate) fn last_hidden(x: &Tensor, [w_ih, w_hh, b_ih, b_hh]: [&Tensor; 4]) -> Result<Tensor> {

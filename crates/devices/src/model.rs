@@ -36,13 +36,13 @@ impl Model {
         Ok(Model { graph: graph.clone(), device: device.clone(), tensors, dropout: (0, 0) })
     }
 
-    /// Which masks dropout draws in training passes from now on: those of `step` in a run with `seed`
-    /// (see [`DropoutMask`]); 0 and 0 at first.
+    /// Chooses which masks dropout draws in training passes from now on: those of `step` in a run with `seed` (see
+    /// [`DropoutMask`]); 0 and 0 at first.
     pub fn set_dropout(&mut self, seed: u64, step: u64) {
         self.dropout = (seed, step);
     }
 
-    /// Outputs by name, each [n, …] row-major; batch statistics when `train`.
+    /// Computes the outputs by name, each [n, …] row-major; batch statistics when `train`.
     ///
     /// `inputs` are the graph's inputs in order, each [n, …] in PyTorch's axis order, row-major.
     ///
@@ -57,8 +57,8 @@ impl Model {
         self.graph.outputs().iter().map(read).collect()
     }
 
-    /// Mean softmax cross-entropy of a training batch and the gradient of every parameter; of several outputs
-    /// the sum, weighted as the graph says.
+    /// Computes the mean softmax cross-entropy of a training batch and the gradient of every parameter; of several
+    /// outputs the sum, weighted as the graph says.
     ///
     /// # Errors
     /// Inputs or labels that do not fit the batch.
@@ -67,7 +67,7 @@ impl Model {
         self.loss_and_gradients_with(inputs, labels.len(), loss, targets)
     }
 
-    /// `loss` of a training batch of `n` samples between every output and `targets`, weighted as the graph
+    /// Computes `loss` of a training batch of `n` samples between every output and `targets`, weighted as the graph
     /// says, and the gradient of every parameter.
     ///
     /// # Errors
@@ -241,7 +241,7 @@ impl Model {
         self.shaped(sum.broadcast_div(&divisors)?, node)
     }
 
-    /// [n, channels, positions] → [n, the node's shape].
+    /// Reshapes [n, channels, positions] → [n, the node's shape].
     fn shaped(&self, y: Tensor, node: &Node) -> candle_core::Result<Tensor> {
         let mut shape = vec![y.dim(0)?];
         shape.extend(&node.shape);
@@ -265,7 +265,7 @@ impl Model {
         Ok(())
     }
 
-    /// All tensors, with the running statistics as training passes left them.
+    /// Returns all tensors, with the running statistics as training passes left them.
     ///
     /// # Errors
     /// The device fails to give its values back.
@@ -313,14 +313,14 @@ fn switch_scale(x: &Tensor, stream: &Tensor) -> candle_core::Result<Tensor> {
     x.broadcast_mul(&lit.reshape(shape)?)
 }
 
-/// [channels] → [1, channels, 1, …].
+/// Reshapes [channels] → [1, channels, 1, …].
 fn per_channel(t: &Tensor, rank: usize) -> candle_core::Result<Tensor> {
     let mut shape = vec![1; rank];
     shape[1] = t.elem_count();
     t.reshape(shape)
 }
 
-/// Batch mean and biased variance per channel.
+/// Computes batch mean and biased variance per channel.
 fn moments(x: &Tensor) -> candle_core::Result<(Tensor, Tensor)> {
     let channels = x.dim(1)?;
     let flat = x.transpose(0, 1)?.contiguous()?.reshape((channels, ()))?;

@@ -4,7 +4,7 @@ use candle_core::{D, Result, Tensor};
 use candle_nn::ops::log_softmax;
 use taxel_graph::{Loss, Targets};
 
-/// `loss` between `outputs` [n, outputs] and targets that [`Targets::check`] let pass.
+/// Computes `loss` between `outputs` [n, outputs] and targets that [`Targets::check`] let pass.
 pub(crate) fn mean_loss(outputs: &Tensor, loss: Loss, targets: Targets) -> Result<Tensor> {
     let device = outputs.device();
     match targets {
@@ -29,8 +29,8 @@ pub(crate) fn mean_loss(outputs: &Tensor, loss: Loss, targets: Targets) -> Resul
     }
 }
 
-/// log σ(x) and log σ(−x) as one log softmax over (x, 0): no overflow, and a gradient that candle gets right, which
-/// those of |x| and max(x, 0) at 0 are not.
+/// Takes log σ(x) and log σ(−x) as one log softmax over (x, 0): no overflow, and a gradient that candle gets right,
+/// which those of |x| and max(x, 0) at 0 are not.
 fn multi_label_soft_margin(outputs: &Tensor, targets: &Tensor) -> Result<Tensor> {
     let pair = Tensor::stack(&[outputs, &outputs.zeros_like()?], D::Minus1)?;
     let pair = log_softmax(&pair, D::Minus1)?;

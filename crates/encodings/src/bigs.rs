@@ -84,7 +84,7 @@ impl ElectrodeImage {
         Ok(())
     }
 
-    /// Row and column of the electrode, and the time, that a pixel shows.
+    /// Returns row and column of the electrode, and the time, that a pixel shows.
     fn value_of(&self, (colour, row, column): (usize, usize, usize)) -> (usize, usize, usize) {
         match self.order {
             Order::Columns => {
@@ -98,7 +98,7 @@ impl ElectrodeImage {
         }
     }
 
-    /// Shape of an image: 3 colours, 70, 70.
+    /// Returns the shape of an image: 3 colours, 70, 70.
     pub fn shape(&self) -> [usize; 3] {
         [COLOURS, SIDE, SIDE]
     }

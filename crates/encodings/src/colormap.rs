@@ -42,7 +42,7 @@ pub enum Colormap {
 }
 
 impl Colormap {
-    /// Channels of the image: 1 or 3.
+    /// Returns the channels of the image: 1 or 3.
     pub fn channels(self) -> usize {
         match self {
             Self::Grey => 1,
@@ -89,7 +89,7 @@ impl Colormap {
     }
 }
 
-/// Jet's levels.
+/// Returns jet's levels.
 fn jet() -> &'static [[f32; 3]; LEVELS] {
     static LEVELS_OF_JET: LazyLock<[[f32; 3]; LEVELS]> = LazyLock::new(|| {
         std::array::from_fn(|level| {

@@ -4,7 +4,7 @@ use ndarray::{ArrayView, Dimension};
 
 use crate::{Error, Result};
 
-/// Whether all readings are numbers; no branch, so that the loop is as fast as memory.
+/// Checks whether all readings are numbers; no branch, so that the loop is as fast as memory.
 pub(crate) fn all_finite(x: &[f32]) -> bool {
     x.iter().fold(true, |finite, v| finite & v.is_finite())
 }
@@ -20,12 +20,12 @@ pub(crate) fn check_finite(x: &[f32], place: impl FnOnce(usize) -> String) -> Re
     }
 }
 
-/// `reading [2, 0, 5]` of a recording with three axes.
+/// Says where a reading is: `reading [2, 0, 5]` of a recording with three axes.
 pub(crate) fn place([_, b, c]: [usize; 3], at: usize) -> String {
     format!("reading [{}, {}, {}]", at / (b * c), at / c % b, at % c)
 }
 
-/// The values of an array, row-major: borrowed where they lie so.
+/// Returns the values of an array, row-major: borrowed where they lie so.
 pub(crate) fn values<'a, D: Dimension>(x: &'a ArrayView<'a, f32, D>) -> std::borrow::Cow<'a, [f32]> {
     match x.as_slice() {
         Some(values) => values.into(),

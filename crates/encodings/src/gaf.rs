@@ -157,6 +157,8 @@ pub(crate) struct Fields {
 }
 
 impl Fields {
+    /// Prepares the fields of series of so many `readings`.
+    ///
     /// # Errors
     ///
     /// Those of [`Gaf::check`], [`Error::TooShort`].
@@ -203,7 +205,7 @@ impl Fields {
         Ok(())
     }
 
-    /// Row `i` of the field.
+    /// Writes row `i` of the field.
     pub fn row(&self, i: usize, row: &mut [f32]) {
         if self.is_flat {
             return row.fill(0.0);
@@ -221,13 +223,13 @@ impl Fields {
     }
 }
 
-/// `low..high` to -1..1, clipped.
+/// Maps `low..high` to -1..1, clipped.
 fn to_unit(v: f32, low: f32, high: f32) -> f64 {
     let (v, low, high) = (f64::from(v), f64::from(low), f64::from(high));
     ((v - low) / (high - low) * 2.0 - 1.0).clamp(-1.0, 1.0)
 }
 
-/// Piecewise aggregate approximation: means of the segments between `bounds`, without overlap.
+/// Takes the piecewise aggregate approximation: means of the segments between `bounds`, without overlap.
 fn segments(series: &[f32], bounds: &[usize], means: &mut [f64], value: impl Fn(f32) -> f64) {
     for (mean, ends) in means.iter_mut().zip(bounds.windows(2)) {
         let sum: f64 = series[ends[0]..ends[1]].iter().map(|&v| value(v)).sum();

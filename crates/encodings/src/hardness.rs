@@ -29,7 +29,7 @@ pub struct HardnessImage {
 }
 
 impl HardnessImage {
-    /// The shape of one image: `[channels, rows, columns]`.
+    /// Returns the shape of one image: `[channels, rows, columns]`.
     pub fn shape(&self) -> [usize; 3] {
         [self.colormap.channels(), self.gaf.size, self.gaf.size]
     }
@@ -84,7 +84,7 @@ impl HardnessImage {
         Ok(images)
     }
 
-    /// The image of recordings with so many `readings` over all channels, ready to be made again and again.
+    /// Plans the image of recordings with so many `readings` over all channels, ready to be made again and again.
     ///
     /// # Errors
     ///

@@ -55,13 +55,12 @@ impl Default for NumaTac {
 }
 
 impl NumaTac {
-    /// Whether the contact judge sees contact between two neighbouring AC values in bits.
+    /// Checks whether the contact judge sees contact between two neighbouring AC values in bits.
     pub fn touches(&self, before: f32, after: f32) -> bool {
         before > 0.0 && (after > self.above * before || after < self.below * before)
     }
 
-    /// The first tick in which any finger of a recording `[fingers, 1 DC + AC, ticks]` in bits touches
-    /// something.
+    /// Finds the first tick in which any finger of a recording `[fingers, 1 DC + AC, ticks]` in bits touches something.
     ///
     /// # Errors
     ///
@@ -112,8 +111,8 @@ impl NumaTac {
         Ok(Array3::from_shape_vec((fingers, features, self.window), sample).expect("as many values"))
     }
 
-    /// [`NumaTac::encode`] of the values of one recording of `shape` fingers × 1 DC + AC × ticks into `sample`; nothing
-    /// is allocated.
+    /// Does [`NumaTac::encode`] for the values of one recording of `shape` fingers × 1 DC + AC × ticks into `sample`;
+    /// nothing is allocated.
     ///
     /// # Errors
     ///
@@ -163,7 +162,7 @@ impl NumaTac {
         Ok(encoded)
     }
 
-    /// DC and AC of a finger at rest, bits.
+    /// Returns DC and AC of a finger at rest, bits.
     fn rest(&self, finger: &[f32], ticks: usize, onset: usize) -> [f64; 2] {
         let mean = |features: &[f32]| {
             let rows = features.chunks_exact(ticks);
@@ -196,8 +195,8 @@ impl NumaTac {
     }
 }
 
-/// Z-scores per feature (equation 3): mean and SD of each of the fingers' features over `train`,
-/// shaped `[N, fingers, features, ticks]`. Give it training samples only.
+/// Fits Z-scores per feature (equation 3): mean and SD of each of the fingers' features over `train`, shaped
+/// `[N, fingers, features, ticks]`. Give it training samples only.
 ///
 /// # Errors
 ///
@@ -221,7 +220,7 @@ pub fn scale_features(scaling: &Scaling, x: ArrayView4<f32>) -> Result<Array4<f3
     }
 }
 
-/// `[N, fingers * features, ticks]`.
+/// Flattens `[N, fingers, features, ticks]` to `[N, fingers * features, ticks]`.
 fn flat(x: ArrayView4<f32>) -> Result<Array3<f32>> {
     let (samples, fingers, features, ticks) = x.dim();
     let values: Vec<f32> = x.iter().copied().collect();

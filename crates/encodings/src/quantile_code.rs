@@ -145,7 +145,7 @@ impl QuantileCode {
         Ok(Array3::from_shape_vec((samples, rows, steps), code).expect("as many values"))
     }
 
-    /// The code of samples of `channels` × `length`, ready to be made again and again.
+    /// Plans the code of samples of `channels` × `length`, ready to be made again and again.
     ///
     /// # Errors
     ///
@@ -165,7 +165,7 @@ impl QuantileCode {
         self.views.iter().enumerate().try_for_each(|(number, view)| view.check(number, rows))
     }
 
-    /// The code of one sample, channel after channel, into `code`, which is zeros.
+    /// Writes the code of one sample, channel after channel, into `code`, which is zeros.
     #[allow(clippy::manual_clamp, reason = "`clamp` would pass on the NaN that two infinities leave")]
     fn encode(&self, sample: &[f32], code: &mut [f32], work: &mut Scratch) {
         let length = work.series.len();
@@ -189,7 +189,7 @@ impl QuantileCode {
 }
 
 impl FittedView {
-    /// Edges of `ramps` ramps, and more where values repeat; values nearer than `rounding` are one.
+    /// Fits the edges of `ramps` ramps, and more where values repeat; values nearer than `rounding` are one.
     fn fit(mut values: Vec<f32>, ramps: usize, rounding: f32) -> Self {
         let n = values.len() as f64;
         let mean = values.iter().map(|&v| f64::from(v)).sum::<f64>() / n;
@@ -316,7 +316,7 @@ impl Scratch {
     }
 }
 
-/// The four views of a channel, each as long as `series`.
+/// Computes the four views of a channel, each as long as `series`.
 fn look(series: &[f32], [readings, change, level, drift]: &mut [Vec<f32>; VIEWS]) {
     readings.copy_from_slice(series);
     if let Some(first) = change.first_mut() {
@@ -341,14 +341,14 @@ fn look(series: &[f32], [readings, change, level, drift]: &mut [Vec<f32>; VIEWS]
     drift.iter_mut().skip(WINDOW).zip(before).for_each(|(to, (before, now))| *to = now - before);
 }
 
-/// The quantile at `level` of ascending values, straight between neighbours.
+/// Returns the quantile at `level` of ascending values, straight between neighbours.
 fn quantile(ascending: &[f32], level: f64) -> f32 {
     let place = level * (ascending.len() - 1) as f64;
     let (low, high) = (ascending[place.floor() as usize], ascending[place.ceil() as usize]);
     (f64::from(low) + (f64::from(high) - f64::from(low)) * place.fract()) as f32
 }
 
-/// Of ascending values, those that are more than `rounding` above the last one kept.
+/// Keeps of ascending values those that are more than `rounding` above the last one kept.
 fn keep_apart(ascending: &mut Vec<f32>, rounding: f32) {
     ascending.dedup_by(|next, kept| *next - *kept <= rounding.max(f32::MIN_POSITIVE));
 }

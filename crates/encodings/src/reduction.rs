@@ -114,12 +114,12 @@ impl Converter {
 }
 
 impl Reduction {
-    /// Whether everything is left.
+    /// Checks whether everything is left.
     pub fn is_whole(&self) -> bool {
         *self == Reduction::default()
     }
 
-    /// The same, and what `other` leaves where it says something.
+    /// Returns the same, and what `other` leaves where it says something.
     pub fn and(self, other: Reduction) -> Self {
         Reduction {
             channels: other.channels.or(self.channels),
@@ -132,6 +132,8 @@ impl Reduction {
         }
     }
 
+    /// Checks what can be checked without a sample.
+    ///
     /// # Errors
     /// [`Error::Reduction`] for a value that is wrong for any sample.
     pub fn check(&self) -> Result<()> {

@@ -56,7 +56,7 @@ impl Resize {
         Ok(Array3::from_shape_vec((channels, self.height, self.width), resized).expect("as many values"))
     }
 
-    /// The new size of images of `shape` channels × rows × columns, ready to be made again and again.
+    /// Plans the new size of images of `shape` channels × rows × columns, ready to be made again and again.
     ///
     /// # Errors
     ///
@@ -147,7 +147,7 @@ impl ResizePlan {
     }
 }
 
-/// Grey images `[N, rows, columns]` as `[N, 3, rows, columns]`: grey in red, zeros in green and blue.
+/// Turns grey images `[N, rows, columns]` into `[N, 3, rows, columns]`: grey in red, zeros in green and blue.
 pub fn red_channel(images: ArrayView3<f32>) -> Array4<f32> {
     let (samples, rows, columns) = images.dim();
     let mut coloured = Array4::zeros((samples, 3, rows, columns));

@@ -32,9 +32,8 @@ pub enum Scaling {
 }
 
 impl Scaling {
-    /// Mean and standard deviation (divided by n) of each channel over `train`, shaped
-    /// `[samples, channels, ..]`. Give it training samples only: with test samples in it, a score
-    /// on them is no longer a score on unseen data.
+    /// Fits mean and standard deviation (divided by n) of each channel over `train`, shaped `[samples, channels, ..]`.
+    /// Give it training samples only: with test samples in it, a score on them is no longer a score on unseen data.
     ///
     /// A constant channel gets `sd = 1`, so that it becomes zeros.
     ///
@@ -118,7 +117,7 @@ impl Scaling {
         Ok(())
     }
 
-    /// `shape` is that of the readings, for messages.
+    /// Checks the parameters; `shape` is that of the readings, for messages.
     fn check(&self, channels: usize, shape: impl FnOnce() -> Vec<usize>) -> Result<()> {
         let is_positive = |value: f32| value > 0.0 && value.is_finite();
         let refuse = |name: String, value: f32, expected| Err(Error::Parameter { name, value, expected });

@@ -36,7 +36,7 @@ impl TactileTensor {
         Ok(Array4::from_shape_vec((1, rows, columns, frames), tensor).expect("as many values"))
     }
 
-    /// [`TactileTensor::encode`] of the values of one recording of `shape` frames × rows × columns into `tensor`;
+    /// Does [`TactileTensor::encode`] for the values of one recording of `shape` frames × rows × columns into `tensor`;
     /// nothing is allocated.
     ///
     /// # Errors
@@ -72,7 +72,7 @@ impl TactileTensor {
     }
 }
 
-/// The recorded frames around frame `t` of `frames`, and how far it is from the first to the second.
+/// Returns the recorded frames around frame `t` of `frames`, and how far it is from the first to the second.
 fn neighbours(t: usize, frames: usize, recorded: usize) -> (usize, usize, f64) {
     if frames == recorded {
         return (t, t, 0.0);
@@ -106,7 +106,8 @@ impl OneFrame {
         self.pick_of(recording.dim().into(), &values(&recording))
     }
 
-    /// [`OneFrame::pick`] of the values of one recording of `shape` frames × rows × columns; nothing is allocated.
+    /// Does [`OneFrame::pick`] for the values of one recording of `shape` frames × rows × columns;
+    /// nothing is allocated.
     ///
     /// # Errors
     ///
@@ -135,7 +136,7 @@ impl OneFrame {
         })
     }
 
-    /// One frame of each recording: `[N, frames, rows, columns]` as `[N, 1, rows, columns]`.
+    /// Takes one frame of each recording: `[N, frames, rows, columns]` as `[N, 1, rows, columns]`.
     ///
     /// # Errors
     ///
@@ -153,9 +154,8 @@ impl OneFrame {
     }
 }
 
-/// Every frame as an image of its own: `[N, frames, rows, columns]` as `[N * frames, 1, rows, columns]`,
-/// sample after sample. Image i belongs to sample `i / frames`: all of a sample must stay on one side
-/// of a split.
+/// Makes every frame an image of its own: `[N, frames, rows, columns]` as `[N * frames, 1, rows, columns]`, sample
+/// after sample. Image i belongs to sample `i / frames`: all of a sample must stay on one side of a split.
 pub fn all_frames(recordings: ArrayView4<f32>) -> Array4<f32> {
     let (samples, frames, rows, columns) = recordings.dim();
     let values: Vec<f32> = recordings.iter().copied().collect();

@@ -16,7 +16,7 @@ use crate::workspace::Workspace;
 /// Values of the parameters' gradients that one worker adds up at a time.
 const PIECE: usize = 1 << 14;
 
-/// The loss between every output of the last training pass over `n` samples and `targets`, which fit
+/// Computes the loss between every output of the last training pass over `n` samples and `targets`, which fit
 /// ([`crate::head::Head::check`]), and the gradients of all parameters that learn.
 pub(crate) fn backward(
     compiled: &Compiled,
@@ -34,7 +34,7 @@ pub(crate) fn backward(
     loss
 }
 
-/// The loss, weighted as the graph says; its gradient goes to the outputs' slots.
+/// Returns the loss, weighted as the graph says; its gradient goes to the outputs' slots.
 fn enter_loss(
     compiled: &Compiled,
     workspace: &Workspace,
@@ -73,7 +73,7 @@ fn start(compiled: &Compiled, state: &EngineState, workspace: &Workspace, gradie
     }
 }
 
-/// The parameters' gradients from what the parts have gathered, in the order of the parts.
+/// Adds up the parameters' gradients from what the parts have gathered, in the order of the parts.
 fn add_up(compiled: &Compiled, gradients: &mut Gradients) {
     let Gradients { parts, totals, dparams, .. } = gradients;
     compiled.threads.each(totals, PIECE, |piece, totals| {
@@ -116,7 +116,7 @@ impl BackwardPass<'_> {
         self.compiled.threads.each_pair(parts, memory, run);
     }
 
-    /// The sums of batch norm `number` are complete: its gradients.
+    /// Computes the gradients of batch norm `number`, whose sums are complete.
     fn run_norm(&mut self, number: usize) {
         let Gradients { parts, norms, dparams, .. } = &mut *self.gradients;
         let gradient = &mut norms[number];

@@ -46,7 +46,7 @@ pub(crate) struct NodeLayout {
 }
 
 impl NodeLayout {
-    /// The layer of a node that samples run on their own.
+    /// Returns the layer of a node that samples run on their own.
     pub fn layer(&self) -> Option<&dyn Layer> {
         match &self.job {
             Runner::Sample(layer) => Some(layer.as_ref()),
@@ -129,17 +129,17 @@ impl Compiled {
         Ok(compiled)
     }
 
-    /// Parts that a batch is cut into.
+    /// Counts the parts that a batch is cut into.
     pub fn parts(&self) -> usize {
         self.batch.div_ceil(self.capacity)
     }
 
-    /// Whether a node's parameters get gradients.
+    /// Checks whether a node's parameters get gradients.
     pub fn learns(&self, id: usize) -> bool {
         self.nodes[id].params.end <= self.sizes.learned
     }
 
-    /// Every tensor of the graph, and where it lies among the parameters or, as its kind says, the buffers.
+    /// Returns every tensor of the graph, and where it lies among the parameters or, as its kind says, the buffers.
     pub fn tensors(&self) -> impl Iterator<Item = (&Node, &Param, Range<usize>)> {
         self.graph.nodes().iter().zip(&self.nodes).flat_map(|(node, layout)| {
             let (mut params, mut buffers) = (layout.params.start, layout.buffers.start);
@@ -150,14 +150,14 @@ impl Compiled {
         })
     }
 
-    /// The tensors that have gradients.
+    /// Returns the tensors that have gradients.
     pub fn learned_tensors(&self) -> impl Iterator<Item = (&Node, &Param, Range<usize>)> {
         self.tensors().filter(|(_, param, range)| {
             param.kind == TensorKind::Parameter && range.end <= self.sizes.learned
         })
     }
 
-    /// Whether `inputs` are those of `n` samples.
+    /// Checks whether `inputs` are those of `n` samples.
     pub fn check_inputs(&self, inputs: &[&[f32]], n: usize) -> Result<()> {
         let refuse = |reason: String| Err(Error::Batch { model: self.graph.name().into(), reason });
         if n == 0 || n > self.batch {
@@ -183,14 +183,14 @@ impl Compiled {
     }
 }
 
-/// The next `len` places after `end`.
+/// Takes the next `len` places after `end`.
 fn take(end: &mut usize, len: usize) -> Range<usize> {
     let start = *end;
     *end += len;
     start..*end
 }
 
-/// The layers of all nodes, and places for what they need.
+/// Builds the layers of all nodes, and lays out places for what they need.
 fn lay_out(graph: &Graph, frozen: &[bool]) -> (Vec<NodeLayout>, ValueCounts) {
     let count = |node: &Node, kind| node.params.iter().filter(|p| p.kind == kind).map(|p| p.len()).sum();
     let (mut sizes, mut inputs) = (ValueCounts::default(), 0);

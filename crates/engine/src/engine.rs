@@ -48,7 +48,7 @@ impl Engine {
         Ok(Engine { compiled, state, workspace, gradients, trained: None })
     }
 
-    /// The network that was compiled.
+    /// Returns the network that was compiled.
     pub fn graph(&self) -> &Graph {
         &self.compiled.graph
     }
@@ -63,12 +63,12 @@ impl Engine {
         Ok(())
     }
 
-    /// All parameters and running statistics, PyTorch's names and axis order.
+    /// Returns all parameters and running statistics, PyTorch's names and axis order.
     pub fn weights(&self) -> Weights {
         self.state.weights(&self.compiled)
     }
 
-    /// Gradients of the last [`Engine::backward`], by parameter name; frozen parameters have none.
+    /// Returns the gradients of the last [`Engine::backward`], by parameter name; frozen parameters have none.
     pub fn gradients(&self) -> Weights {
         export_learned(&self.compiled, &self.gradients.dparams)
     }
@@ -87,7 +87,7 @@ impl Engine {
         self.state.set_optimizer_state(&self.compiled, state)
     }
 
-    /// Logits [n, classes] of a batch: the first output; [`Engine::outputs`] gives all.
+    /// Runs a batch, and returns the logits [n, classes]: the first output; [`Engine::outputs`] gives all.
     ///
     /// `inputs` are the graph's inputs in order, each [n, …] in PyTorch's axis order, row-major.
     ///
@@ -109,13 +109,13 @@ impl Engine {
         Ok(self.workspace.output(0))
     }
 
-    /// Names and values [n, …] of all outputs of the last forward pass, in the graph's order.
+    /// Returns names and values [n, …] of all outputs of the last forward pass, in the graph's order.
     pub fn outputs(&self) -> impl Iterator<Item = (&str, &[f32])> {
         self.workspace.outputs()
     }
 
-    /// Mean softmax cross-entropy of the last training pass, and the gradients of all parameters; of several
-    /// outputs the sum, weighted as the graph says.
+    /// Computes the mean softmax cross-entropy of the last training pass, and the gradients of all parameters that
+    /// learn; of several outputs the sum, weighted as the graph says.
     ///
     /// # Errors
     /// No training pass before it, or labels that are not one class number per sample.
@@ -123,8 +123,8 @@ impl Engine {
         self.backward_with(Loss::SoftmaxCrossEntropy, Targets::Labels(labels))
     }
 
-    /// `loss` of the last training pass between every output and `targets`, weighted as the graph says, and
-    /// the gradients of all parameters.
+    /// Computes `loss` of the last training pass between every output and `targets`, weighted as the graph says, and
+    /// the gradients of all parameters that learn.
     ///
     /// # Errors
     /// No training pass before it, or targets that do not fit the batch or the loss; the pass stays usable.
@@ -146,39 +146,39 @@ impl Engine {
         clip_by_global_norm(&mut self.gradients.dparams, largest)
     }
 
-    /// One step of SGDM with the gradients of the last [`Engine::backward`].
+    /// Takes one step of SGDM with the gradients of the last [`Engine::backward`].
     pub fn sgdm(&mut self, step: &Sgdm) {
         self.state.sgdm(&self.compiled, &self.gradients.dparams, step);
     }
 
-    /// One step of Adam (`torch.optim.Adam`: coupled weight decay) with those gradients.
+    /// Takes one step of Adam (`torch.optim.Adam`: coupled weight decay) with those gradients.
     pub fn adam(&mut self, settings: &Adam) {
         self.state.adam(&self.compiled, &self.gradients.dparams, settings, false);
     }
 
-    /// One step of AdamW (`torch.optim.AdamW`: decoupled weight decay) with those gradients.
+    /// Takes one step of AdamW (`torch.optim.AdamW`: decoupled weight decay) with those gradients.
     pub fn adamw(&mut self, settings: &Adam) {
         self.state.adam(&self.compiled, &self.gradients.dparams, settings, true);
     }
 
-    /// Seed of the dropout masks, and the step of the next training pass; 0 and 0 at first.
+    /// Returns the seed of the dropout masks, and the step of the next training pass; 0 and 0 at first.
     pub fn dropout(&self) -> (u64, u64) {
         self.state.dropout
     }
 
-    /// Which masks dropout draws from now on (see [`taxel_graph::DropoutMask`]): the next training pass those
-    /// of `step` in a run with `seed`, the one after it those of `step + 1`.
+    /// Sets which masks dropout draws from now on (see [`taxel_graph::DropoutMask`]): the next training pass those of
+    /// `step` in a run with `seed`, the one after it those of `step + 1`.
     pub fn set_dropout(&mut self, seed: u64, step: u64) {
         self.state.dropout = (seed, step);
     }
 
-    /// From now on, training passes gather batch-norm statistics over everything they see.
+    /// Lets training passes gather, from now on, batch-norm statistics over everything they see.
     pub fn begin_recomputing(&mut self) {
         self.state.begin_recomputing(&self.compiled);
     }
 
-    /// Running statistics become mean and variance over all training passes since
-    /// [`Engine::begin_recomputing`]; without such a pass they stay.
+    /// Sets the running statistics to mean and variance over all training passes since [`Engine::begin_recomputing`];
+    /// without such a pass they stay.
     pub fn end_recomputing(&mut self) {
         self.state.end_recomputing(&self.compiled);
     }

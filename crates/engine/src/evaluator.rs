@@ -35,17 +35,17 @@ impl Evaluator {
         Ok(Evaluator { compiled: Arc::new(compiled), state })
     }
 
-    /// The network that was compiled.
+    /// Returns the network that was compiled.
     pub fn graph(&self) -> &Graph {
         &self.compiled.graph
     }
 
-    /// Memory for the predictions of one caller, for batches of up to [`EngineOptions::batch`] samples.
+    /// Makes memory for the predictions of one caller, for batches of up to [`EngineOptions::batch`] samples.
     pub fn workspace(&self) -> Workspace {
         Workspace::new(&self.compiled, false)
     }
 
-    /// Logits [n, classes] of a batch: the first output; [`Workspace::outputs`] gives all.
+    /// Runs a batch, and returns the logits [n, classes]: the first output; [`Workspace::outputs`] gives all.
     ///
     /// `inputs` are the graph's inputs in order, each [n, …] in PyTorch's axis order, row-major.
     ///

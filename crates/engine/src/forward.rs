@@ -10,7 +10,7 @@ use crate::plan::Phase;
 use crate::state::EngineState;
 use crate::workspace::Workspace;
 
-/// Evaluation: running statistics, nothing dropped; `state` is packed, and only read.
+/// Runs an evaluation: running statistics, nothing dropped; `state` is packed, and only read.
 ///
 /// `inputs` are those of `n` samples ([`Compiled::check_inputs`]).
 pub(crate) fn predict(
@@ -33,8 +33,8 @@ pub(crate) fn predict(
     workspace.read_outputs(n);
 }
 
-/// A training pass: batch statistics, which move the running ones, and this step's dropout masks; the
-/// `workspace` keeps what the backward pass needs.
+/// Runs a training pass: batch statistics, which move the running ones, and this step's dropout masks; the `workspace`
+/// keeps what the backward pass needs.
 pub(crate) fn train(
     compiled: &Compiled,
     state: &mut EngineState,
@@ -74,7 +74,7 @@ fn draw_masks(compiled: &Compiled, state: &mut EngineState, workspace: &mut Work
     state.dropout.1 += 1;
 }
 
-/// Batch norm `number` takes the batch's statistics.
+/// Gives batch norm `number` the batch's statistics.
 fn see_batch(compiled: &Compiled, state: &mut EngineState, workspace: &mut Workspace, number: usize) {
     let layout = &compiled.norms[number];
     let mut batch = Moments::new(layout.channels);

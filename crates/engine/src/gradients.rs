@@ -32,7 +32,7 @@ pub(crate) struct GradientRows {
 }
 
 impl Gradients {
-    /// Memory for passes over `workspace`.
+    /// Makes memory for passes over `workspace`.
     pub fn new(compiled: &Compiled, workspace: &Workspace) -> Self {
         let rows = |len: usize| vec![0.0; compiled.batch * len];
         Gradients {

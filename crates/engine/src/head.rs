@@ -21,7 +21,7 @@ pub(crate) struct Head {
 }
 
 impl Head {
-    /// The outputs of `graph`.
+    /// Returns the outputs of `graph`.
     pub fn all(graph: &Graph, plan: &ExecutionPlan) -> Vec<Head> {
         let head = |number: usize| {
             let (name, id) = graph.outputs()[number].clone();
@@ -34,17 +34,17 @@ impl Head {
         (0..graph.outputs().len()).map(head).collect()
     }
 
-    /// Values of one sample.
+    /// Returns the number of values of one sample.
     pub fn len(&self) -> usize {
         self.channels * self.positions
     }
 
-    /// Values that [`Head::read`] needs besides for `samples` samples.
+    /// Returns the number of values that [`Head::read`] needs besides for `samples` samples.
     pub fn inner_len(&self, samples: usize) -> usize {
         if self.positions == 1 { 0 } else { samples * self.len() }
     }
 
-    /// Values `y` of some samples, PyTorch's axis order, from the stored ones.
+    /// Reads values `y` of some samples, PyTorch's axis order, from the stored ones.
     pub fn read(&self, view: &AffineView, x: &[f32], inner: &mut [f32], y: &mut [f32]) {
         if self.positions == 1 {
             return view.apply(self.channels, x, y);
@@ -55,7 +55,7 @@ impl Head {
         samples.for_each(|(x, y)| layout::transpose(self.positions, self.channels, x, y, false));
     }
 
-    /// Whether `targets` fit a batch of `n`.
+    /// Checks whether `targets` fit a batch of `n`.
     pub fn check(&self, model: &str, loss: Loss, n: usize, targets: Targets) -> Result<()> {
         if self.positions > 1 {
             let reason = format!("output `{}` has spatial axes; a loss takes features", self.name);
@@ -64,7 +64,7 @@ impl Head {
         Ok(targets.check(model, loss, n, self.len())?)
     }
 
-    /// The weighted loss of `values`, and its gradient.
+    /// Returns the weighted loss of `values`, and writes its gradient.
     pub fn loss(&self, loss: Loss, values: &[f32], targets: Targets, gradient: &mut [f32]) -> f32 {
         let loss = match targets {
             Targets::Labels(labels) => loss::softmax_cross_entropy(values, self.len(), labels, gradient),

@@ -75,7 +75,7 @@ pub use options::{Decay, EngineOptions, FrozenStatistics};
 pub use taxel_kernels::optim::Adam;
 pub use workspace::Workspace;
 
-/// Width of the vectors that kernels compute with on this processor: `AVX-512`, `AVX2` or `portable`.
+/// Returns the width of the vectors that kernels compute with on this processor: `AVX-512`, `AVX2` or `portable`.
 pub fn vectors() -> &'static str {
     taxel_kernels::simd::level().name()
 }

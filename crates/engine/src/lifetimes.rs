@@ -24,7 +24,7 @@ pub(crate) struct GradientPlaces {
 }
 
 impl GradientPlaces {
-    /// For parts of up to `capacity` samples.
+    /// Finds places for parts of up to `capacity` samples.
     pub fn new(plan: &ExecutionPlan, capacity: usize) -> Self {
         let lives = lives(plan);
         let stride = |slot: usize| if lives[slot].1 { 0 } else { plan.slots[slot].len };
@@ -53,7 +53,7 @@ fn meet(a: &RangeInclusive<usize>, b: &RangeInclusive<usize>) -> bool {
     a.start() <= b.end() && b.start() <= a.end()
 }
 
-/// The phases in which each slot lives, and whether it is one phase of samples.
+/// Finds the phases in which each slot lives, and whether it is one phase of samples.
 #[expect(clippy::expect_used, reason = "the plan makes slots for what it runs, and for nothing else")]
 fn lives(plan: &ExecutionPlan) -> Vec<(RangeInclusive<usize>, bool)> {
     let mut lives: Vec<Option<(usize, usize)>> = vec![None; plan.slots.len()];

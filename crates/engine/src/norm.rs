@@ -59,7 +59,7 @@ pub(crate) struct NormLayout {
 }
 
 impl NormLayout {
-    /// Running mean and variance move to a batch's.
+    /// Moves running mean and variance to a batch's.
     pub fn move_running(&self, batch: &Moments, buffers: &mut [f32]) {
         let (mean, var) = buffers[self.buffers.clone()].split_at_mut(self.channels);
         let moved = |from: f32, to: f64| (f64::from(from) + self.momentum * (to - f64::from(from))) as f32;
@@ -70,7 +70,7 @@ impl NormLayout {
         }
     }
 
-    /// Running mean and variance become those of all that was gathered; of nothing they stay.
+    /// Sets running mean and variance to those of all that was gathered; of nothing they stay.
     pub fn set_running(&self, gathered: &Moments, buffers: &mut [f32]) {
         if gathered.count == 0.0 {
             return;
@@ -103,7 +103,7 @@ impl Norm {
         }
     }
 
-    /// Readers see running statistics.
+    /// Shows readers the running statistics.
     pub fn see_running(&mut self, layout: &NormLayout, params: &[f32], buffers: &[f32]) {
         let (mean, var) = buffers[layout.buffers.clone()].split_at(layout.channels);
         self.mean.copy_from_slice(mean);
@@ -113,7 +113,7 @@ impl Norm {
         self.see(layout, params);
     }
 
-    /// Readers see a batch's statistics.
+    /// Shows readers a batch's statistics.
     pub fn see_batch(&mut self, layout: &NormLayout, params: &[f32], batch: &Moments) {
         for c in 0..layout.channels {
             let var = batch.deviations[c] / batch.count;
@@ -151,15 +151,15 @@ impl NormGradient {
         NormGradient { sums: vec![0.0; 2 * channels], again: first.clone(), first }
     }
 
-    /// Statistics that do not depend on the batch leave the gradient a factor.
+    /// Takes statistics that do not depend on the batch: they leave the gradient a factor.
     pub fn see_running(&mut self, norm: &Norm) {
         self.first.dy.copy_from_slice(&norm.scale);
         self.first.mean.copy_from_slice(&norm.mean);
         self.again.dy.copy_from_slice(&norm.scale);
     }
 
-    /// From the sums over a batch of `samples`: the gradients of weight and bias, unless these are frozen, and the
-    /// coefficients of the input's.
+    /// Computes from the sums over a batch of `samples` the gradients of weight and bias, unless these are frozen, and
+    /// the coefficients of the input's.
     pub fn see_batch(
         &mut self,
         layout: &NormLayout,
@@ -192,7 +192,7 @@ impl NormGradient {
         }
     }
 
-    /// Coefficients of the input's gradient; what the whole batch contributes is in the `first` alone.
+    /// Returns the coefficients of the input's gradient; what the whole batch contributes is in the `first` alone.
     pub fn input(&self, first: bool) -> &InputGradient {
         if first { &self.first } else { &self.again }
     }

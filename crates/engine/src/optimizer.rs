@@ -49,7 +49,7 @@ fn fill_up(buffer: &mut Buffer, len: usize) {
 }
 
 impl OptimizerMemory {
-    /// A step of `params`, of which the ranges in `spared` do not decay.
+    /// Takes a step of SGDM with `params`, of which the ranges in `spared` do not decay.
     pub fn sgdm(&mut self, params: &mut [f32], gradients: &[f32], step: &Sgdm, spared: &[Range<usize>]) {
         fill_up(&mut self.velocity, params.len());
         for (range, decays) in stretches(params.len(), spared) {
@@ -59,7 +59,7 @@ impl OptimizerMemory {
         }
     }
 
-    /// The same of Adam, or with `decoupled` weight decay of AdamW.
+    /// Takes the same step of Adam, or with `decoupled` weight decay of AdamW.
     pub fn adam(
         &mut self,
         params: &mut [f32],
@@ -81,7 +81,7 @@ impl OptimizerMemory {
     }
 }
 
-/// All of `len` parameters in stretches, and whether they decay; `spared` ascend.
+/// Cuts all `len` parameters into stretches, and says whether they decay; `spared` ascend.
 fn stretches(len: usize, spared: &[Range<usize>]) -> impl Iterator<Item = (Range<usize>, bool)> {
     let before = std::iter::once(0).chain(spared.iter().map(|range| range.end));
     let after = spared.iter().map(|range| range.start).chain([len]);

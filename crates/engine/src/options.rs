@@ -44,7 +44,7 @@ pub enum FrozenStatistics {
 }
 
 impl Default for EngineOptions {
-    /// One sample, one thread, nothing frozen, decay of everything.
+    /// Makes options for one sample, one thread, nothing frozen, decay of everything.
     fn default() -> Self {
         EngineOptions {
             batch: 1,

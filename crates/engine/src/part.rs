@@ -56,7 +56,7 @@ pub(crate) struct BatchPart {
 }
 
 impl BatchPart {
-    /// Memory for the forward pass, with what the backward pass and batch statistics need where it `trains`.
+    /// Makes memory for the forward pass, with what the backward pass and batch statistics need where it `trains`.
     pub fn new(compiled: &Compiled, trains: bool) -> Self {
         let Compiled { plan, nodes, norms, lens, capacity, .. } = compiled;
         let samples = if trains { *capacity } else { 1 };

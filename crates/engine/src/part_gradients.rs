@@ -90,7 +90,7 @@ impl PartGradients {
         }
     }
 
-    /// The gradient of a sample's stored value.
+    /// Returns the gradient of a sample's stored value.
     pub fn gradient(
         &mut self,
         part: &BatchPart,
@@ -105,8 +105,8 @@ impl PartGradients {
         }
     }
 
-    /// Where that gradient lies: at its one slot if that is the value as it is, or else in `collected`, added
-    /// up from all its slots through their views.
+    /// Returns where that gradient lies: at its one slot if that is the value as it is. If not, adds it up in
+    /// `collected` from all its slots, through their views, and returns `None`.
     fn collect(
         &mut self,
         part: &BatchPart,

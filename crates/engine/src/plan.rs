@@ -93,8 +93,8 @@ pub(crate) struct ExecutionPlan {
 }
 
 impl ExecutionPlan {
-    /// `frozen` says of every node whether its parameters stay as they are, and `statistics` whether those of
-    /// frozen batch norms do.
+    /// Plans the passes over `graph`. `frozen` says of every node whether its parameters stay as they are, and
+    /// `statistics` whether those of frozen batch norms do.
     pub fn new(graph: &Graph, frozen: &[bool], statistics: FrozenStatistics) -> Self {
         let stored = stored(graph);
         let mut norms = vec![];
@@ -177,7 +177,7 @@ impl ExecutionPlan {
         self.backward_phases(graph, &trains, &reached, readers, outputs)
     }
 
-    /// Whether parameters that learn lie at or before a node; a batch norm's count for its readers.
+    /// Marks the nodes at or before which parameters that learn lie; a batch norm's count for its readers.
     fn trains(&self, graph: &Graph, frozen: &[bool]) -> Vec<bool> {
         let mut trains = vec![false; self.nodes.len()];
         for (id, node) in graph.nodes().iter().enumerate() {
@@ -187,8 +187,8 @@ impl ExecutionPlan {
         trains
     }
 
-    /// A slot for every view that needs a gradient. Which nodes the pass reaches, and of every slot how many
-    /// nodes write to it.
+    /// Gives a slot to every view that needs a gradient. Returns which nodes the pass reaches, and of every slot how
+    /// many nodes write to it.
     fn give_slots(&mut self, graph: &Graph, trains: &[bool]) -> (Vec<bool>, Vec<usize>) {
         let needs = |seen: &StoredView, norms: &[NormPlan]| {
             trains[seen.stored] || seen.norm.is_some_and(|n| trains[norms[n].node])
@@ -225,7 +225,8 @@ impl ExecutionPlan {
         (reached, readers)
     }
 
-    /// The order; `readers` of every slot are yet to run, and the first `outputs` slots are the outputs'.
+    /// Returns the order of the pass; `readers` of every slot are yet to run, and the first `outputs` slots are the
+    /// outputs'.
     fn backward_phases(
         &self,
         graph: &Graph,
@@ -274,7 +275,7 @@ impl ExecutionPlan {
     }
 }
 
-/// Values of one sample of a node's output.
+/// Returns the number of values of one sample of a node's output.
 fn len(graph: &Graph, id: NodeId) -> usize {
     graph.nodes()[id].shape.iter().product()
 }
@@ -285,7 +286,7 @@ fn flush<S>(phases: &mut Vec<Phase<S>>, steps: &mut Vec<S>) {
     }
 }
 
-/// Whether a node wants all samples at once.
+/// Checks whether a node wants all samples at once.
 fn is_batch(op: &Op) -> bool {
     matches!(op, Op::Linear { .. } | Op::Lstm { .. })
 }
@@ -299,13 +300,13 @@ fn rectifier(op: &Op) -> Option<Rectifier> {
     }
 }
 
-/// Whether readers can apply an operation themselves.
+/// Checks whether readers can apply an operation themselves.
 fn lazy(op: &Op) -> bool {
     matches!(op, Op::BatchNorm { .. }) || rectifier(op).is_some()
 }
 
-/// Which outputs are stored: all that are not lazy, and lazy ones too where a lazy one that is not the next
-/// in the chain "batch norm, rectifier" reads them.
+/// Marks the outputs that are stored: all that are not lazy, and lazy ones too where a lazy one that is not the next in
+/// the chain "batch norm, rectifier" reads them.
 fn stored(graph: &Graph) -> Vec<bool> {
     let ops = |id: NodeId| &graph.nodes()[id].op;
     let mut stored: Vec<bool> = (0..graph.nodes().len()).map(|id| !lazy(ops(id))).collect();

@@ -28,6 +28,8 @@ pub(crate) struct EngineState {
 }
 
 impl EngineState {
+    /// Makes a state with these weights; dropout starts from seed 0 and step 0.
+    ///
     /// # Errors
     /// As [`EngineState::set_weights`].
     pub fn new(compiled: &Compiled, weights: &Weights) -> Result<Self> {
@@ -64,7 +66,7 @@ impl EngineState {
         Ok(())
     }
 
-    /// All parameters and running statistics, PyTorch's names and axis order.
+    /// Returns all parameters and running statistics, PyTorch's names and axis order.
     pub fn weights(&self, compiled: &Compiled) -> Weights {
         let mut weights = Weights::new();
         for (node, param, range) in compiled.tensors() {
@@ -91,6 +93,8 @@ impl EngineState {
         }
     }
 
+    /// Replaces the state of the optimisers.
+    ///
     /// # Errors
     /// A group that is neither empty nor holds exactly the parameters that learn, by name; nothing is
     /// replaced then.
@@ -120,18 +124,18 @@ impl EngineState {
         });
     }
 
-    /// Whether what is packed is of the parameters as they are.
+    /// Checks whether what is packed is of the parameters as they are.
     pub fn is_packed(&self) -> bool {
         self.is_packed
     }
 
-    /// One step of SGDM; `gradients` are those of the parameters that learn.
+    /// Takes one step of SGDM; `gradients` are those of the parameters that learn.
     pub fn sgdm(&mut self, compiled: &Compiled, gradients: &[f32], step: &Sgdm) {
         self.is_packed = false;
         self.optimizer.sgdm(&mut self.params[..gradients.len()], gradients, step, &compiled.spared);
     }
 
-    /// One step of Adam, or with `decoupled` weight decay of AdamW.
+    /// Takes one step of Adam, or with `decoupled` weight decay of AdamW.
     pub fn adam(&mut self, compiled: &Compiled, gradients: &[f32], settings: &Adam, decoupled: bool) {
         self.is_packed = false;
         let params = &mut self.params[..gradients.len()];
@@ -146,15 +150,15 @@ impl EngineState {
         }
     }
 
-    /// From now on, training passes gather statistics over everything they see. Batch norms that keep theirs
-    /// see nothing.
+    /// Lets training passes gather, from now on, statistics over everything they see. Batch norms that keep theirs see
+    /// nothing.
     pub fn begin_recomputing(&mut self, compiled: &Compiled) {
         for (moments, norm) in self.gathered.iter_mut().zip(&compiled.norms) {
             *moments = Some(Moments::new(norm.channels));
         }
     }
 
-    /// Running statistics become those gathered; without any they stay.
+    /// Sets the running statistics to those gathered; without any they stay.
     pub fn end_recomputing(&mut self, compiled: &Compiled) {
         for (moments, norm) in self.gathered.iter_mut().zip(&compiled.norms) {
             if let Some(moments) = moments.take() {
@@ -164,7 +168,7 @@ impl EngineState {
     }
 }
 
-/// Values of all parameters that learn, by name, PyTorch's axis order.
+/// Returns the values of all parameters that learn, by name, PyTorch's axis order.
 pub(crate) fn export_learned(compiled: &Compiled, values: &[f32]) -> Weights {
     let mut weights = Weights::new();
     for (node, param, range) in compiled.learned_tensors() {
@@ -174,7 +178,7 @@ pub(crate) fn export_learned(compiled: &Compiled, values: &[f32]) -> Weights {
     weights
 }
 
-/// The way back; nothing of an empty `group`.
+/// Reads such values back; nothing of an empty `group`.
 #[expect(clippy::expect_used, reason = "the group is checked first")]
 fn import_learned(compiled: &Compiled, group: &Weights) -> Buffer {
     if group.is_empty() {

@@ -18,7 +18,7 @@ pub(crate) struct Threads {
 }
 
 impl Threads {
-    /// A pool of so many; of one where the work `is_small`.
+    /// Makes a pool of so many threads; of one where the work `is_small`.
     pub fn new(threads: usize, is_small: bool) -> Result<Self> {
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let most = cores.max(MOST);

@@ -34,7 +34,7 @@ struct OutputValues {
 }
 
 impl Workspace {
-    /// Memory for predictions, or with all that the backward pass and batch statistics need for passes that are
+    /// Makes memory for predictions, or with all that the backward pass and batch statistics need for passes that are
     /// trained on.
     pub(crate) fn new(compiled: &Arc<Compiled>, trains: bool) -> Self {
         let Compiled { graph, batch, capacity, .. } = compiled.as_ref();
@@ -54,12 +54,12 @@ impl Workspace {
         }
     }
 
-    /// Whether it was made for `compiled`.
+    /// Checks whether it was made for `compiled`.
     pub(crate) fn fits(&self, compiled: &Arc<Compiled>) -> bool {
         Arc::ptr_eq(&self.compiled, compiled)
     }
 
-    /// The parts, what takes the whole batch, and what the parts read while they run.
+    /// Returns the parts, what takes the whole batch, and what the parts read while they run.
     pub(crate) fn split<'a>(
         &'a mut self,
         compiled: &'a Compiled,
@@ -91,12 +91,12 @@ impl Workspace {
         self.last = n;
     }
 
-    /// Values of output `number` of the last batch, [n, …].
+    /// Returns the values of output `number` of the last batch, [n, …].
     pub(crate) fn output(&self, number: usize) -> &[f32] {
         &self.outputs[number].values[..self.last * self.compiled.heads[number].len()]
     }
 
-    /// Names and values [n, …] of all outputs of the last batch, in the graph's order, PyTorch's axis order.
+    /// Returns names and values [n, …] of all outputs of the last batch, in the graph's order, PyTorch's axis order.
     pub fn outputs(&self) -> impl Iterator<Item = (&str, &[f32])> {
         (0..).zip(&self.compiled.heads).map(|(number, head)| (head.name.as_str(), self.output(number)))
     }

@@ -7,7 +7,7 @@
 use crate::work::FaultySample;
 use taxel_base::Layout;
 
-/// `share` of all elements, on average over samples, in random places.
+/// Picks `share` of all elements, on average over samples, in random places.
 fn some(work: &mut FaultySample, share: f64) -> Vec<usize> {
     let elements = work.elements();
     let count = work.round(share * elements as f64);

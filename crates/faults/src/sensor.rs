@@ -22,12 +22,12 @@ pub struct Sensor {
 }
 
 impl Sensor {
-    /// A sensor that reads 0 at rest and `full_scale` at most.
+    /// Makes a sensor that reads 0 at rest and `full_scale` at most.
     pub fn new(layout: Layout, full_scale: f32) -> Self {
         Self { layout, low: 0.0, high: full_scale, rest: vec![0.0] }
     }
 
-    /// The whole range of readings.
+    /// Returns the whole range of readings.
     pub(crate) fn span(&self) -> f32 {
         self.high - self.low
     }

@@ -9,7 +9,7 @@ use crate::work::FaultySample;
 use rand::RngExt;
 use taxel_base::Layout;
 
-/// Unloading reads more than loading did, by `share` of the peak so far where it is most.
+/// Lets unloading read more than loading did, by `share` of the peak so far where it is most.
 ///
 /// A reading `u` (of the peak so far, above rest) becomes `u (1 + c) / (1 + c u)`: nothing changes
 /// at rest and at the peak, and between them the readings stay in order.

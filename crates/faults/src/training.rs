@@ -125,6 +125,8 @@ impl Fault {
 }
 
 impl TrainingFaults {
+    /// Checks the settings.
+    ///
     /// # Errors
     /// [`Error::Parameter`]: the first setting outside its range.
     pub fn check(&self) -> Result<()> {

@@ -60,7 +60,7 @@ impl<'a> FaultySample<'a> {
         self.x.len_of(Axis(1))
     }
 
-    /// Reading of an element without contact.
+    /// Returns the reading of an element without contact.
     pub fn rest(&self, element: usize) -> f32 {
         self.sensor.rest[if self.sensor.rest.len() == 1 { 0 } else { element }]
     }
@@ -79,7 +79,7 @@ impl<'a> FaultySample<'a> {
         (0..self.rows).map(|row| row * self.columns + column).collect()
     }
 
-    /// `0..n` in random order.
+    /// Returns `0..n` in random order.
     pub fn order(&mut self, n: usize) -> Vec<usize> {
         let mut order: Vec<usize> = (0..n).collect();
         for i in (1..n).rev() {
@@ -88,18 +88,18 @@ impl<'a> FaultySample<'a> {
         order
     }
 
-    /// A whole number that is `expected` on average: 0.1 is 1 in every tenth sample.
+    /// Draws a whole number that is `expected` on average: 0.1 is 1 in every tenth sample.
     pub fn round(&mut self, expected: f64) -> usize {
         (expected + self.rng.random::<f64>()) as usize
     }
 
-    /// 1 or -1.
+    /// Draws 1 or -1.
     pub fn sign(&mut self) -> f64 {
         if self.rng.random() { 1.0 } else { -1.0 }
     }
 }
 
-/// Rows, columns and times of a sample of this shape, which fits the layout.
+/// Returns rows, columns and times of a sample of this shape, which fits the layout.
 pub(crate) fn grid(layout: Layout, shape: &[usize]) -> (usize, usize, usize) {
     match layout {
         Layout::Features => (1, 1, shape[0]),

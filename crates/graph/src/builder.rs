@@ -46,14 +46,14 @@ impl Network {
         Flow::new(&self.state, node.unwrap_or(0))
     }
 
-    /// How weights and biases of the convolutions that follow are drawn, in place of PyTorch's default.
+    /// Sets how weights and biases of the convolutions that follow are drawn, in place of PyTorch's default.
     ///
     /// The run's [`crate::Scheme`] must leave the choice to the network (`pytorch`).
     pub fn conv_init(&self, weight: Fill, bias: Fill) {
         NetworkState::of(&self.state).conv = (weight, bias);
     }
 
-    /// The same for the linear layers that follow.
+    /// Sets the same for the linear layers that follow.
     pub fn linear_init(&self, weight: Fill, bias: Fill) {
         NetworkState::of(&self.state).linear = (weight, bias);
     }
@@ -80,7 +80,7 @@ impl Network {
         }
     }
 
-    /// Whether everything fits so far.
+    /// Checks whether everything fits so far.
     ///
     /// # Errors
     /// The first step that did not.
@@ -97,7 +97,7 @@ impl Network {
         self.finish_weighted(outputs, &weights)
     }
 
-    /// The same with what each output counts in training (see [`Graph::loss_weights`]).
+    /// Ends the description likewise, with what each output counts in training (see [`Graph::loss_weights`]).
     ///
     /// # Errors
     /// As [`Network::finish`], and loss weights that are not finite or not one per output.

@@ -23,12 +23,12 @@ pub struct Cost {
 }
 
 impl Cost {
-    /// Bytes of the tensors on disk, all in f32.
+    /// Returns the bytes of the tensors on disk, all in f32.
     pub fn bytes(&self) -> u64 {
         4 * (self.parameters + self.buffers)
     }
 
-    /// Bytes of the output of one sample in f32.
+    /// Returns the bytes of the output of one sample in f32.
     pub fn activation_bytes(&self) -> u64 {
         4 * self.activations
     }
@@ -56,7 +56,7 @@ impl std::iter::Sum for Cost {
 }
 
 impl Node {
-    /// Cost of this node for one sample.
+    /// Computes the cost of this node for one sample.
     pub fn cost(&self) -> Cost {
         let count = |kind| self.params.iter().filter(|p| p.kind == kind).map(|p| p.len() as u64).sum();
         let outputs: u64 = self.shape.iter().product::<usize>() as u64;
@@ -84,7 +84,7 @@ impl Node {
 }
 
 impl Graph {
-    /// Sum over all nodes.
+    /// Computes the sum over all nodes.
     pub fn cost(&self) -> Cost {
         self.nodes().iter().map(Node::cost).sum()
     }
@@ -95,7 +95,7 @@ impl Graph {
 mod tests {
     use crate::{Conv, Cost, Flow, Network};
 
-    /// All of a network and its last node.
+    /// Returns the costs of a network from `input` through `body`: all of it, and its last node.
     fn costs(input: &[usize], body: impl Fn(&Flow) -> Flow) -> [Cost; 2] {
         let net = Network::new("costs");
         let y = body(&net.input("x", input));

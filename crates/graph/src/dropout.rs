@@ -26,14 +26,14 @@ const GOLDEN: u64 = 0x9E37_79B9_7F4A_7C15;
 const BITS: u32 = 24;
 
 impl DropoutMask {
-    /// The mask of `node` in training step `step` (counted from 0) of a run with `seed`.
+    /// Draws the mask of `node` in training step `step` (counted from 0) of a run with `seed`.
     pub fn new(seed: u64, node: &str, step: u64, probability: f32) -> Self {
         let key = taxel_base::seed::rng(seed, &format!("dropout/{node}/{step}")).next_u64();
         let dropped = (f64::from(probability) * f64::from(1u32 << BITS)).round() as u64;
         DropoutMask { key, dropped }
     }
 
-    /// Whether `element` of `sample` survives. Samples count from 0 in the batch, elements in PyTorch's
+    /// Checks whether `element` of `sample` survives. Samples count from 0 in the batch, elements in PyTorch's
     /// row-major order of one sample (channels first).
     #[inline]
     pub fn keeps(&self, sample: usize, element: usize) -> bool {
@@ -43,7 +43,7 @@ impl DropoutMask {
     }
 }
 
-/// SplitMix64's finaliser (Steele, Lea and Flood 2014).
+/// Applies SplitMix64's finaliser (Steele, Lea and Flood 2014).
 #[inline]
 fn mix(mut z: u64) -> u64 {
     z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);

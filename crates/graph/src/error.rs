@@ -57,12 +57,12 @@ pub enum Error {
 pub type Result<T> = std::result::Result<T, Error>;
 
 impl Error {
-    /// A [`Error::Config`]: `key = value: reason`.
+    /// Makes an [`Error::Config`]: `key = value: reason`.
     pub fn config(key: &str, value: impl ToString, reason: &str) -> Self {
         Error::Config { key: key.into(), value: value.to_string(), reason: reason.into() }
     }
 
-    /// A [`Error::Node`]: `node: reason`; `node` may also be a network or a tensor.
+    /// Makes an [`Error::Node`]: `node: reason`; `node` may also be a network or a tensor.
     pub fn node(node: &str, reason: impl Into<String>) -> Self {
         Error::Node { node: node.into(), reason: reason.into() }
     }

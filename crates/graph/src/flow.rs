@@ -31,7 +31,7 @@ impl Flow {
         self.node
     }
 
-    /// Current shape without the batch axis; empty after a step that did not fit.
+    /// Returns the current shape without the batch axis; empty after a step that did not fit.
     pub fn shape(&self) -> Vec<usize> {
         NetworkState::of(&self.state).shape(self.node).to_vec()
     }
@@ -48,7 +48,7 @@ impl Flow {
         self
     }
 
-    /// Convolution `name`, drawn as [`crate::Network::conv_init`] says.
+    /// Adds convolution `name`, drawn as [`crate::Network::conv_init`] says.
     pub fn conv(&self, name: &str, conv: Conv) -> Flow {
         let Conv { filters, window, dilation, groups, bias } = conv;
         let fills = NetworkState::of(&self.state).conv;
@@ -66,12 +66,12 @@ impl Flow {
         )
     }
 
-    /// Fully connected layer `name`, drawn as [`crate::Network::linear_init`] says.
+    /// Adds fully connected layer `name`, drawn as [`crate::Network::linear_init`] says.
     pub fn linear(&self, name: &str, outputs: usize) -> Flow {
         self.dense(name, outputs, true)
     }
 
-    /// Fully connected layer `name` without a bias.
+    /// Adds fully connected layer `name` without a bias.
     pub fn linear_no_bias(&self, name: &str, outputs: usize) -> Flow {
         self.dense(name, outputs, false)
     }
@@ -81,32 +81,32 @@ impl Flow {
         self.push(|_| self.full(name), fills, |_, _| Ok(Op::Linear { outputs, bias }))
     }
 
-    /// Batch normalisation `name` with PyTorch's ε and momentum.
+    /// Adds batch normalisation `name` with PyTorch's ε and momentum.
     pub fn batch_norm(&self, name: &str) -> Flow {
         self.batch_norm_with(name, BATCH_NORM_EPS, BATCH_NORM_MOMENTUM)
     }
 
-    /// Batch normalisation `name`; ε above 0, momentum (weight of the new batch) in 0..=1.
+    /// Adds batch normalisation `name`; ε above 0, momentum (weight of the new batch) in 0..=1.
     pub fn batch_norm_with(&self, name: &str, eps: f32, momentum: f32) -> Flow {
         self.computed(|_| self.full(name), Op::BatchNorm { eps, momentum }, &[])
     }
 
-    /// Rectified linear unit.
+    /// Adds a rectified linear unit.
     pub fn relu(&self) -> Flow {
         self.unnamed(Op::Relu, &[])
     }
 
-    /// A function of each value.
+    /// Applies a function to each value.
     pub fn activation(&self, activation: Activation) -> Flow {
         self.unnamed(Op::Activation(activation), &[])
     }
 
-    /// Dropout; `probability` is the share of values dropped, in 0..1.
+    /// Adds dropout; `probability` is the share of values dropped, in 0..1.
     pub fn dropout(&self, probability: f32) -> Flow {
         self.unnamed(Op::Dropout { probability }, &[])
     }
 
-    /// LSTM layer `name` over the length axis: channels × length → `hidden` features after the last step.
+    /// Adds LSTM layer `name` over the length axis: channels × length → `hidden` features after the last step.
     ///
     /// All tensors start uniform in ±1/√hidden, as in PyTorch. Under [`crate::Scheme::Glorot`] and
     /// [`crate::Scheme::He`] the four gates count as outputs and biases are zero; MATLAB's orthogonal
@@ -116,50 +116,51 @@ impl Flow {
         self.computed(|_| self.full(name), Op::Lstm { hidden, steps }, &[])
     }
 
-    /// The flow times one learned scalar, a tensor of one value called `name` that starts at `initial`.
+    /// Multiplies the flow by one learned scalar, a tensor of one value called `name` that starts at `initial`.
     pub fn scale(&self, name: &str, initial: f32) -> Flow {
         let fill = Fill::Constant(initial);
         self.push(|_| self.full(name), (fill, fill), |_, _| Ok(Op::Scale))
     }
 
-    /// Channels of `groups` groups dealt out in turn, as in ShuffleNet.
+    /// Deals out the channels of `groups` groups in turn, as in ShuffleNet.
     pub fn channel_shuffle(&self, groups: usize) -> Flow {
         self.unnamed(Op::ChannelShuffle { groups }, &[])
     }
 
-    /// Channels (or features) `start..start + len`.
+    /// Takes channels (or features) `start..start + len`.
     pub fn slice(&self, start: usize, len: usize) -> Flow {
         self.unnamed(Op::Slice { start, len }, &[])
     }
 
-    /// Less a mean, over a standard deviation, per channel: tensors of those names, 0 and 1 until they are set.
+    /// Subtracts a mean and divides by a standard deviation, per channel: tensors of those names, 0 and 1 until they
+    /// are set.
     pub fn standardize(&self, mean: &str, std: &str) -> Flow {
         self.unnamed(Op::Standardize { mean: self.full(mean), std: self.full(std) }, &[])
     }
 
-    /// The flow, or zeros in samples where each channel of `stream` is constant.
+    /// Passes the flow on, or zeros in samples where each channel of `stream` is constant.
     pub fn switch_scale(&self, stream: &Flow) -> Flow {
         self.unnamed(Op::SwitchScale, &[stream])
     }
 
-    /// Convolution `prefix.conv`, batch norm `prefix.bn`, ReLU.
+    /// Adds convolution `prefix.conv`, batch norm `prefix.bn`, ReLU.
     pub fn conv_bn_relu(&self, prefix: &str, conv: Conv) -> Flow {
         self.conv(&format!("{prefix}.conv"), conv).batch_norm(&format!("{prefix}.bn")).relu()
     }
 
-    /// Batch norm `name`, ReLU: the pre-activation of DenseNet.
+    /// Adds batch norm `name`, ReLU: the pre-activation of DenseNet.
     pub fn bn_relu(&self, name: &str) -> Flow {
         self.batch_norm(name).relu()
     }
 
-    /// Maximum over windows.
+    /// Takes the maximum over windows.
     pub fn max_pool(&self, pool: Pool) -> Flow {
         self.push(self.fresh("max_pool"), Default::default(), |node, shape| {
             Ok(Op::MaxPool(pool.window.resolve(node, shape)?))
         })
     }
 
-    /// Mean over windows.
+    /// Takes the mean over windows.
     pub fn average_pool(&self, pool: Pool) -> Flow {
         self.push(self.fresh("average_pool"), Default::default(), |node, shape| {
             let window = pool.window.resolve(node, shape)?;
@@ -173,33 +174,33 @@ impl Flow {
         })
     }
 
-    /// Mean over all spatial axes.
+    /// Takes the mean over all spatial axes.
     pub fn global_average_pool(&self) -> Flow {
         self.unnamed(Op::GlobalAveragePool, &[])
     }
 
-    /// Standard deviation over all spatial axes; `eps` is added to the variance.
+    /// Takes the standard deviation over all spatial axes; `eps` is added to the variance.
     pub fn global_standard_deviation(&self, eps: f32) -> Flow {
         self.unnamed(Op::GlobalStandardDeviation { eps }, &[])
     }
 
-    /// Mean over windows that cut each spatial axis into `output` parts.
+    /// Takes the mean over windows that cut each spatial axis into `output` parts.
     pub fn adaptive_average_pool(&self, output: impl Into<Extent>) -> Flow {
         let axes = self.shape().len().saturating_sub(1);
         self.unnamed(Op::AdaptiveAveragePool { output: output.into().over(axes) }, &[])
     }
 
-    /// All axes to features, channels first.
+    /// Turns all axes into features, channels first.
     pub fn flatten(&self) -> Flow {
         self.unnamed(Op::Flatten, &[])
     }
 
-    /// Sum with another flow of the same shape: a residual connection.
+    /// Adds another flow of the same shape: a residual connection.
     pub fn add(&self, other: &Flow) -> Flow {
         self.unnamed(Op::Add, &[other])
     }
 
-    /// Joined with another flow along channels: a dense connection.
+    /// Joins another flow along channels: a dense connection.
     pub fn concat(&self, other: &Flow) -> Flow {
         self.unnamed(Op::Concat, &[other])
     }
@@ -208,17 +209,17 @@ impl Flow {
         if self.scope.is_empty() { name.into() } else { format!("{}.{name}", self.scope) }
     }
 
-    /// Names a node without tensors after this one, among the nodes that it is added to.
+    /// Makes the name of a node without tensors after this one, among the nodes that it is added to.
     fn fresh(&self, kind: &'static str) -> impl FnOnce(&[Node]) -> String {
         move |nodes| fresh(nodes, self.node, kind)
     }
 
-    /// `op` on this flow and `others`, named after this one.
+    /// Applies `op` to this flow and `others`, named after this one.
     fn unnamed(&self, op: Op, others: &[&Flow]) -> Flow {
         self.computed(self.fresh(op.kind()), op, others)
     }
 
-    /// `op` on this flow and `others`.
+    /// Applies `op` to this flow and `others`.
     fn computed(&self, name: impl FnOnce(&[Node]) -> String, op: Op, others: &[&Flow]) -> Flow {
         let inputs = std::iter::once(self.node).chain(others.iter().map(|flow| flow.node)).collect();
         self.then(|nodes| Node::computed(name(nodes), op, inputs, nodes))

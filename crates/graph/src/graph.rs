@@ -73,12 +73,12 @@ pub struct Param {
 }
 
 impl Param {
-    /// Number of values.
+    /// Returns the number of values.
     pub fn len(&self) -> usize {
         self.shape.iter().product()
     }
 
-    /// Whether it holds no value; never true for a tensor of a built graph.
+    /// Checks whether it holds no value; never true for a tensor of a built graph.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -110,7 +110,7 @@ pub struct Graph {
 }
 
 impl Graph {
-    /// The network of `nodes`, of which each is built on those before it.
+    /// Makes the network of `nodes`, of which each is built on those before it.
     ///
     /// # Errors
     /// No output, one that is no node, a loss weight that is not finite, or names that two nodes, tensors or
@@ -146,22 +146,22 @@ impl Graph {
         Ok(Graph { name, nodes, inputs, outputs, loss_weights })
     }
 
-    /// Registry name of the network.
+    /// Returns the registry name of the network.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// All nodes; every node's inputs come before it.
+    /// Returns all nodes; every node's inputs come before it.
     pub fn nodes(&self) -> &[Node] {
         &self.nodes
     }
 
-    /// Input nodes in the order in which callers pass tensors.
+    /// Returns the input nodes in the order in which callers pass tensors.
     pub fn inputs(&self) -> impl ExactSizeIterator<Item = &Node> {
         self.inputs.iter().map(|&id| &self.nodes[id])
     }
 
-    /// Output names and the nodes that compute them.
+    /// Returns output names and the nodes that compute them.
     pub fn outputs(&self) -> &[(String, NodeId)] {
         &self.outputs
     }
@@ -172,23 +172,23 @@ impl Graph {
         &self.loss_weights
     }
 
-    /// Every tensor, in order of the nodes: the names of a PyTorch `state_dict`.
+    /// Returns every tensor, in order of the nodes: the names of a PyTorch `state_dict`.
     pub fn params(&self) -> impl Iterator<Item = &Param> {
         self.nodes.iter().flat_map(|node| &node.params)
     }
 
-    /// Number of trained values.
+    /// Returns the number of trained values.
     pub fn parameter_count(&self) -> usize {
         self.params().filter(|p| p.kind == TensorKind::Parameter).map(Param::len).sum()
     }
 
-    /// Number of values kept by the network itself (running statistics).
+    /// Returns the number of values kept by the network itself (running statistics).
     pub fn buffer_count(&self) -> usize {
         self.params().filter(|p| p.kind == TensorKind::Buffer).map(Param::len).sum()
     }
 }
 
-/// The first name that comes a second time.
+/// Finds the first name that comes a second time.
 fn twice<'a>(names: impl Iterator<Item = &'a String>) -> Option<&'a str> {
     let mut seen = HashSet::new();
     names.map(String::as_str).find(|name| !seen.insert(*name))

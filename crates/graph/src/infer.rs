@@ -10,7 +10,7 @@ use crate::shape::{axis_names, check_count, describe};
 use crate::window::{Window, check_axes};
 
 impl Node {
-    /// An input of the network with `shape`.
+    /// Makes an input of the network with `shape`.
     pub(crate) fn input(name: String, shape: Vec<usize>) -> Result<Node> {
         if axis_names(shape.len()).is_empty() || shape.contains(&0) {
             let reason = format!("an input needs 1 to 4 axes of at least 1, got {shape:?}");
@@ -20,7 +20,7 @@ impl Node {
         Ok(Node { name, op: Op::Input, inputs: vec![], shape, params: vec![] })
     }
 
-    /// The node that does `op` to `inputs` out of the `earlier` nodes. Its tensors start as PyTorch's.
+    /// Makes the node that does `op` to `inputs` out of the `earlier` nodes. Its tensors start as PyTorch's.
     pub(crate) fn computed(name: String, op: Op, inputs: Vec<NodeId>, earlier: &[Node]) -> Result<Node> {
         let mut shapes = vec![];
         for &input in &inputs {
@@ -35,7 +35,8 @@ impl Node {
         Ok(Node { name, op, inputs, shape, params })
     }
 
-    /// The node of this name that does `op` to `inputs` out of the `earlier` nodes; its tensors start as this one's.
+    /// Makes the node of this name that does `op` to `inputs` out of the `earlier` nodes; its tensors start as this
+    /// one's.
     pub(crate) fn again(&self, op: Op, inputs: Vec<NodeId>, earlier: &[Node]) -> Result<Node> {
         if op == Op::Input {
             return Ok(self.clone());
@@ -98,7 +99,7 @@ impl<'a> Inference<'a> {
         Err(Error::node(self.node, reason))
     }
 
-    /// The shape of the one input.
+    /// Returns the shape of the one input.
     fn only(&self) -> Result<&'a [usize]> {
         match self.inputs {
             [x] => Ok(x),
@@ -106,7 +107,7 @@ impl<'a> Inference<'a> {
         }
     }
 
-    /// The shapes of the two inputs.
+    /// Returns the shapes of the two inputs.
     fn pair(&self) -> Result<(&'a [usize], &'a [usize])> {
         match self.inputs {
             [a, b] => Ok((a, b)),
@@ -114,7 +115,7 @@ impl<'a> Inference<'a> {
         }
     }
 
-    /// The shape, which must have spatial axes.
+    /// Returns the shape, which must have spatial axes.
     fn spatial(&self, x: &'a [usize]) -> Result<&'a [usize]> {
         if x.len() < 2 {
             return self.refuse(format!("needs a spatial axis, the input is {}", describe(x)));
@@ -134,7 +135,7 @@ impl<'a> Inference<'a> {
         Ok(Param { name, shape, kind: TensorKind::Parameter, init, fan })
     }
 
-    /// A tensor of one axis that starts at one value.
+    /// Makes a tensor of one axis that starts at one value.
     fn constant(&self, name: String, len: usize, value: f32) -> Param {
         Param { name, shape: vec![len], kind: TensorKind::Parameter, init: Init::Constant(value), fan: None }
     }
@@ -217,7 +218,7 @@ impl<'a> Inference<'a> {
         Ok((x.to_vec(), vec![]))
     }
 
-    /// `counted` is the padding that the divisor of a mean counts.
+    /// Infers the shape after a pool; `counted` is the padding that the divisor of a mean counts.
     fn pool(&self, x: &[usize], window: &Window, counted: &[(usize, usize)]) -> Inferred {
         let positions = window.fit(self.node, x)?;
         check_axes(self.node, "counted padding", counted, positions.len())?;

@@ -162,7 +162,7 @@ impl Activation {
 }
 
 impl Op {
-    /// Short name for tables: `conv`, `batch_norm`, `max_pool`, …
+    /// Returns the short name for tables: `conv`, `batch_norm`, `max_pool`, …
     pub fn kind(&self) -> &'static str {
         match self {
             Op::Input => "input",

@@ -107,7 +107,7 @@ impl NodeForm {
         }
     }
 
-    /// The node, which has to be what its operation makes of the `earlier` ones.
+    /// Returns the node, which has to be what its operation makes of the `earlier` ones.
     fn check(self, earlier: &[Node]) -> Result<Node> {
         let NodeForm { name, op, inputs, shape, params } = self;
         let mut node = match op {

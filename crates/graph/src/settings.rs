@@ -14,12 +14,12 @@ const MOST: usize = 65_536;
 /// Every family has one shape. A struct that serde reads and writes, whose `Default` holds a paper's values;
 /// what is no setting, such as which network of the family it is, is a field that serde skips.
 pub trait Architecture: Sized {
-    /// `settings` for this network: whatever serde skips stays as it is here.
+    /// Takes `settings` for this network: whatever serde skips stays as it is here.
     fn with(&self, settings: Self) -> Self {
         settings
     }
 
-    /// The graph.
+    /// Makes the graph.
     ///
     /// # Errors
     /// Which value is out of range, or which node does not fit.

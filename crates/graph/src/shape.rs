@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 /// [`check_count`] overflows.
 const MOST_VALUES: usize = 1 << 31;
 
-/// Names of the axes of a shape of `rank`, batch left out.
+/// Returns the names of the axes of a shape of `rank`, batch left out.
 pub fn axis_names(rank: usize) -> &'static [&'static str] {
     match rank {
         1 => &["features"],
@@ -21,7 +21,7 @@ pub fn axis_names(rank: usize) -> &'static [&'static str] {
     }
 }
 
-/// A shape with its axis names: `channels 3 × rows 50 × columns 50`.
+/// Describes a shape with its axis names: `channels 3 × rows 50 × columns 50`.
 pub fn describe(shape: &[usize]) -> String {
     let names = axis_names(shape.len());
     if names.is_empty() {

@@ -25,7 +25,7 @@ impl<const N: usize> From<[usize; N]> for Extent {
 }
 
 impl Extent {
-    /// One size per axis; of [`Extent::Each`] as many as there are.
+    /// Returns one size per axis; of [`Extent::Each`] as many as there are.
     pub(crate) fn over(&self, axes: usize) -> Vec<usize> {
         match self {
             Extent::All(size) => vec![*size; axes],
@@ -55,12 +55,12 @@ pub(crate) struct WindowSpec {
 }
 
 impl WindowSpec {
-    /// The window over `shape` (channels first), or why it does not fit.
+    /// Returns the window over `shape` (channels first), or why it does not fit.
     pub fn resolve(&self, node: &str, shape: &[usize]) -> Result<Window> {
         self.resolve_dilated(node, shape, &[])
     }
 
-    /// The same for a kernel whose values meet inputs `dilation` apart (empty: neighbours).
+    /// Returns the same for a kernel whose values meet inputs `dilation` apart (empty: neighbours).
     pub fn resolve_dilated(&self, node: &str, shape: &[usize], dilation: &[usize]) -> Result<Window> {
         let size = shape.get(1..).unwrap_or_default();
         let (kernel, stride) = (self.kernel.over(size.len()), self.stride.over(size.len()));
@@ -82,7 +82,7 @@ impl WindowSpec {
     }
 }
 
-/// Padding that makes the size `ceil(size / stride)`.
+/// Computes the padding that makes the size `ceil(size / stride)`.
 fn same(size: usize, kernel: usize, stride: usize) -> (usize, usize) {
     // A stride of 0 is refused when the window is fitted.
     let last = size.div_ceil(stride.max(1)).saturating_sub(1).saturating_mul(stride);
@@ -90,7 +90,7 @@ fn same(size: usize, kernel: usize, stride: usize) -> (usize, usize) {
     (total / 2, total - total / 2)
 }
 
-/// A last window may hang over the end, but must start inside (PyTorch's `ceil_mode`).
+/// Pads after the end where a last window hangs over it, but starts inside (PyTorch's `ceil_mode`).
 fn round_up(window: &mut Window, size: &[usize]) {
     for (a, pad) in window.padding.iter_mut().enumerate() {
         let (kernel, stride) = (window.kernel[a], window.stride[a]);
@@ -113,7 +113,7 @@ pub struct Conv {
 }
 
 impl Conv {
-    /// `filters` output channels, stride 1, no padding, with bias.
+    /// Makes a convolution of `filters` output channels, stride 1, no padding, with bias.
     pub fn new(filters: usize, kernel: impl Into<Extent>) -> Self {
         Conv {
             filters,
@@ -129,31 +129,31 @@ impl Conv {
         }
     }
 
-    /// Padding so that the size is kept (divided by the stride, rounding up).
+    /// Pads so that the size is kept (divided by the stride, rounding up).
     pub fn same(mut self) -> Self {
         self.window.padding = Padding::Same;
         self
     }
 
-    /// Zeros on both sides, as in PyTorch.
+    /// Pads both sides with zeros, as in PyTorch.
     pub fn pad(mut self, padding: impl Into<Extent>) -> Self {
         self.window.padding = Padding::Both(padding.into());
         self
     }
 
-    /// Step of the kernel.
+    /// Sets the step of the kernel.
     pub fn stride(mut self, stride: impl Into<Extent>) -> Self {
         self.window.stride = stride.into();
         self
     }
 
-    /// Steps between the inputs that neighbouring kernel values meet (PyTorch's `dilation`).
+    /// Sets the steps between the inputs that neighbouring kernel values meet (PyTorch's `dilation`).
     pub fn dilation(mut self, dilation: impl Into<Extent>) -> Self {
         self.dilation = dilation.into();
         self
     }
 
-    /// Channel groups.
+    /// Sets the number of channel groups.
     pub fn groups(mut self, groups: usize) -> Self {
         self.groups = groups;
         self
@@ -174,7 +174,7 @@ pub struct Pool {
 }
 
 impl Pool {
-    /// A window of `kernel` with the stride equal to the kernel, no padding, rounding down.
+    /// Makes a window of `kernel` with the stride equal to the kernel, no padding, rounding down.
     pub fn new(kernel: impl Into<Extent>) -> Self {
         let kernel = kernel.into();
         Pool {
@@ -183,19 +183,19 @@ impl Pool {
         }
     }
 
-    /// Step of the window.
+    /// Sets the step of the window.
     pub fn stride(mut self, stride: impl Into<Extent>) -> Self {
         self.window.stride = stride.into();
         self
     }
 
-    /// Padding on both sides, as in PyTorch.
+    /// Pads both sides, as in PyTorch.
     pub fn pad(mut self, padding: impl Into<Extent>) -> Self {
         self.window.padding = Padding::Both(padding.into());
         self
     }
 
-    /// A last window that hangs over the end is kept (PyTorch's `ceil_mode`, MATLAB's `same` for 2/2).
+    /// Keeps a last window that hangs over the end (PyTorch's `ceil_mode`, MATLAB's `same` for 2/2).
     ///
     /// In an average the overhanging part is never counted, as in PyTorch.
     pub fn round_up(mut self) -> Self {

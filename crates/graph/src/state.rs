@@ -42,13 +42,13 @@ impl NetworkState {
         }
     }
 
-    /// Shape of a node, batch axis left out; nothing where a step before it did not fit.
+    /// Returns the shape of a node, batch axis left out; nothing where a step before it did not fit.
     pub fn shape(&self, node: NodeId) -> &[usize] {
         self.nodes.get(node).map_or(&[], |node| &node.shape)
     }
 }
 
-/// A name for a node without tensors: after its input, numbered when taken.
+/// Makes a name for a node without tensors: after its input, numbered when taken.
 pub(crate) fn fresh(nodes: &[Node], input: NodeId, kind: &str) -> String {
     let base = format!("{}/{kind}", nodes.get(input).map_or("", |node| &node.name));
     let taken = |name: &str| nodes.iter().any(|node| node.name == name);
@@ -62,7 +62,7 @@ pub(crate) fn fresh(nodes: &[Node], input: NodeId, kind: &str) -> String {
     name
 }
 
-/// The node that does `op` to `inputs`, its weight and bias drawn by `fills`.
+/// Makes the node that does `op` to `inputs`, its weight and bias drawn by `fills`.
 pub(crate) fn drawn(
     name: String,
     op: Op,

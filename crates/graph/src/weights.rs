@@ -39,7 +39,7 @@ pub struct Weights {
 }
 
 impl Weights {
-    /// No tensors yet.
+    /// Makes weights without any tensors yet.
     pub fn new() -> Self {
         Weights::default()
     }
@@ -51,30 +51,30 @@ impl Weights {
         }
     }
 
-    /// The tensor of that name.
+    /// Returns the tensor of that name.
     pub fn get(&self, name: &str) -> Option<&Tensor> {
         self.tensors.get(name)
     }
 
-    /// Names and tensors in order of insertion.
+    /// Returns names and tensors in order of insertion.
     pub fn iter(&self) -> impl Iterator<Item = (&str, &Tensor)> {
         #[expect(clippy::expect_used, reason = "names and tensors are inserted together")]
         let tensor = |name| self.tensors.get(name).expect("every name has its tensor");
         self.names.iter().map(move |name| (name.as_str(), tensor(name)))
     }
 
-    /// Number of tensors.
+    /// Returns the number of tensors.
     pub fn len(&self) -> usize {
         self.names.len()
     }
 
-    /// Whether there is no tensor.
+    /// Checks whether there is no tensor.
     pub fn is_empty(&self) -> bool {
         self.names.is_empty()
     }
 
-    /// Fresh weights. Every tensor has its own stream, keyed by `purpose` and its name, so adding a
-    /// layer does not change the others.
+    /// Draws fresh weights. Every tensor has its own stream, keyed by `purpose` and its name, so adding a layer does
+    /// not change the others.
     pub fn init(graph: &Graph, scheme: Scheme, seed: u64, purpose: &str) -> Self {
         let mut weights = Weights::new();
         for param in graph.params() {
@@ -89,7 +89,7 @@ impl Weights {
         self.check_params(graph.name(), graph.params())
     }
 
-    /// The same for some tensors of a network `model` alone.
+    /// Refuses the same for some tensors of a network `model` alone.
     ///
     /// # Errors
     /// As [`Weights::check`].

@@ -24,8 +24,8 @@ pub struct Window {
 }
 
 impl Window {
-    /// Number of window positions along each spatial axis of `size`, with `(padded - kernel) / stride`
-    /// rounded down. Rounding up is expressed as padding after the end (see [`crate::Pool`]).
+    /// Counts the window positions along each spatial axis of `size`, with `(padded - kernel) / stride` rounded down.
+    /// Rounding up is expressed as padding after the end (see [`crate::Pool`]).
     pub fn positions(&self, size: &[usize]) -> Vec<usize> {
         (0..size.len())
             .map(|a| {
@@ -35,12 +35,12 @@ impl Window {
             .collect()
     }
 
-    /// Number of values one window covers.
+    /// Counts the values that one window covers.
     pub fn volume(&self) -> usize {
         self.kernel.iter().product()
     }
 
-    /// The same for a kernel whose values meet inputs `dilation` apart (empty: neighbours): one that is longer.
+    /// Returns the same for a kernel whose values meet inputs `dilation` apart (empty: neighbours): one that is longer.
     pub fn dilated(&self, dilation: &[usize]) -> Window {
         let mut window = self.clone();
         for (kernel, step) in window.kernel.iter_mut().zip(dilation) {
@@ -49,7 +49,7 @@ impl Window {
         window
     }
 
-    /// [`Window::fit`] of the dilated window.
+    /// Returns [`Window::fit`] of the dilated window.
     pub(crate) fn fit_dilated(&self, node: &str, shape: &[usize], dilation: &[usize]) -> Result<Vec<usize>> {
         if dilation.is_empty() {
             return self.fit(node, shape);
@@ -67,7 +67,7 @@ impl Window {
         self.dilated(dilation).fit(node, shape)
     }
 
-    /// [`Window::positions`] over the spatial axes of an input of `shape`, or why the window does not fit.
+    /// Returns [`Window::positions`] over the spatial axes of an input of `shape`, or why the window does not fit.
     pub(crate) fn fit(&self, node: &str, shape: &[usize]) -> Result<Vec<usize>> {
         let refuse = |reason: String| Err(Error::node(node, reason));
         if shape.len() < 2 {

@@ -108,7 +108,7 @@ impl Guard {
         self.places().map_or(0, |places| places.elements)
     }
 
-    /// Names an element: `channel 3`, `taxel (4, 17)`.
+    /// Returns the name of an element: `channel 3`, `taxel (4, 17)`.
     pub fn name(&self, element: usize) -> String {
         let name = |places: ElementPlaces| places.name(self.layout, &self.shape, element);
         self.places().map_or_else(String::new, name)

@@ -62,7 +62,7 @@ impl ElementPlaces {
         near.into_iter().flatten().flatten()
     }
 
-    /// Names an element.
+    /// Returns the name of an element.
     pub fn name(&self, layout: Layout, shape: &[usize], element: usize) -> String {
         match (layout, self.columns, shape) {
             (_, Some(columns), _) => format!("taxel ({}, {})", element / columns, element % columns),

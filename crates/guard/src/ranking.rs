@@ -10,7 +10,7 @@ pub(crate) struct Ranking<K> {
 }
 
 impl<K: Copy> Ranking<K> {
-    /// So many places, all empty.
+    /// Makes so many places, all empty.
     pub fn new(places: usize) -> Self {
         let leaves = places.next_power_of_two();
         Self { keys: vec![None; places], winners: vec![None; 2 * leaves], leaves }
@@ -38,7 +38,7 @@ impl<K: Copy> Ranking<K> {
         }
     }
 
-    /// The first entry; of equals that of the lowest place.
+    /// Returns the first entry; of equals that of the lowest place.
     pub fn first(&self) -> Option<(usize, K)> {
         // A ranking of one place has its leaf there.
         let place = self.winners[1]?;

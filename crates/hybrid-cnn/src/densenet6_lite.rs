@@ -14,14 +14,14 @@ use taxel_graph::{Conv, Flow, Pool};
 const BOTTLENECK: usize = 64;
 const GROWTH: usize = 16;
 
-/// Everything up to global average pooling: channels × … → 48 × …; 1D or 2D by the input.
+/// Applies everything up to global average pooling: channels × … → 48 × …; 1D or 2D by the input.
 pub(crate) fn body(x: Flow) -> Flow {
     let x = x.conv_bn_relu("stem", Conv::new(16, 5).same()).max_pool(Pool::new(3).stride(2).pad(1));
     let x = dense(&x, "block1").average_pool(Pool::new(2));
     dense(&x, "block2").bn_relu("norm")
 }
 
-/// The input joined by what BN–ReLU–1×1–BN–ReLU–3×3 makes of it.
+/// Joins the input with what BN–ReLU–1×1–BN–ReLU–3×3 makes of it.
 fn dense(x: &Flow, name: &str) -> Flow {
     let grown = x
         .bn_relu(&format!("{name}.bn1"))

@@ -128,7 +128,7 @@ impl HybridConfig {
         ..HybridConfig::RESVGG
     };
 
-    /// Two bodies with the paper's fusion and sizes.
+    /// Returns the configuration of two bodies with the paper's fusion and sizes.
     const fn of(name: &'static str, temporal: Body, spatial: Body) -> Self {
         HybridConfig {
             branches: Branches { name, temporal, spatial, fusion: Fusion::FullyConnected },

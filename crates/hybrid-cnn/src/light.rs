@@ -104,7 +104,7 @@ pub struct Light2dConfig {
 }
 
 impl Body {
-    /// The features before the classifier: channels after global average pooling.
+    /// Computes the features before the classifier: channels after global average pooling.
     pub(crate) fn features(self, x: Flow) -> Flow {
         match self {
             Body::Vgg6 => vgg6_lite::body(x),
@@ -114,7 +114,7 @@ impl Body {
         .global_average_pool()
     }
 
-    /// Names of the networks with this body, in 1D and in 2D.
+    /// Returns the names of the networks with this body, in 1D and in 2D.
     fn names(self) -> [&'static str; 2] {
         match self {
             Body::Vgg6 => [VGG6_1D.name, VGG6_2D.name],
@@ -125,14 +125,14 @@ impl Body {
 }
 
 impl Light1dConfig {
-    /// A body with the paper's sizes.
+    /// Returns the configuration of a body with the paper's sizes.
     pub const fn of(body: Body) -> Self {
         Light1dConfig { body, classes: 3, in_channels: 5, length: 50 }
     }
 }
 
 impl Light2dConfig {
-    /// A body with the paper's sizes.
+    /// Returns the configuration of a body with the paper's sizes.
     pub const fn of(body: Body) -> Self {
         Light2dConfig { body, classes: 3, in_channels: 3, height: 50, width: 50 }
     }

@@ -10,7 +10,7 @@
 
 use taxel_graph::{Conv, Flow, Pool};
 
-/// Everything up to global average pooling: channels × … → 32 × …; 1D or 2D by the input.
+/// Applies everything up to global average pooling: channels × … → 32 × …; 1D or 2D by the input.
 pub(crate) fn body(x: Flow) -> Flow {
     let x = x.conv_bn_relu("stem", Conv::new(16, 5).same()).max_pool(Pool::new(3).stride(2).pad(1));
     let x = block(&x, "identity1", 16, 1);
@@ -18,7 +18,7 @@ pub(crate) fn body(x: Flow) -> Flow {
     block(&x, "identity2", 32, 1)
 }
 
-/// Two convolutions of 3 and a shortcut; a stride above 1 makes the shortcut a convolution.
+/// Applies two convolutions of 3 and a shortcut; a stride above 1 makes the shortcut a convolution.
 fn block(x: &Flow, name: &str, filters: usize, stride: usize) -> Flow {
     let main = x
         .conv_bn_relu(&format!("{name}.conv1"), Conv::new(filters, 3).stride(stride).pad(1))

@@ -12,7 +12,7 @@ use taxel_graph::{Conv, Flow, Pool};
 /// Filters of each convolution, and whether a 2/2 max-pool follows.
 const LAYERS: [(usize, bool); 5] = [(16, true), (32, true), (64, false), (64, false), (64, true)];
 
-/// Everything up to global average pooling: channels × … → 64 × …; 1D or 2D by the input.
+/// Applies everything up to global average pooling: channels × … → 64 × …; 1D or 2D by the input.
 pub(crate) fn body(mut x: Flow) -> Flow {
     for (i, (filters, pooled)) in LAYERS.into_iter().enumerate() {
         x = x.conv_bn_relu(&format!("convs.{i}"), Conv::new(filters, 3).same());

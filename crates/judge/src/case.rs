@@ -88,7 +88,7 @@ impl Case {
         self.records(network).filter(|record| record.key.repetition == 0)
     }
 
-    /// Names of the networks and baselines that are compared further: of a learning curve's rows those with
+    /// Lists the names of the networks and baselines that are compared further: of a learning curve's rows those with
     /// the most training samples.
     pub fn compared(&self) -> Vec<&str> {
         let most = self.results.networks.iter().filter_map(|n| n.per_class).max();

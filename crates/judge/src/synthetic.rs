@@ -43,22 +43,22 @@ impl Default for Setting {
     }
 }
 
-/// A random cut.
+/// Returns a random cut.
 pub fn random_splits() -> Protocol {
     Protocol::RandomSplits { split: Split::Stratified, repetitions: 1, test: 0.2, validation: 0.0 }
 }
 
-/// A learning curve.
+/// Returns a learning curve.
 pub fn few_samples() -> Protocol {
     Protocol::FewSamples { split: Split::Stratified, repetitions: 1, test: 0.2, per_class: vec![1] }
 }
 
-/// The cut of the data set's authors.
+/// Returns the cut of the data set's authors.
 pub fn official() -> Protocol {
     Protocol::Official { split: Split::Stratified, repetitions: 1 }
 }
 
-/// A network that is wrong on the first `wrong[part]` samples of each part; costs grow with `ms`.
+/// Makes a network that is wrong on the first `wrong[part]` samples of each part; costs grow with `ms`.
 pub fn player(name: &'static str, ms: f64, wrong: &'static [usize]) -> Player {
     let says = move |part: usize, row: usize, truth: &[u32]| {
         truth.iter().map(|label| if row < wrong[part] { (label + 1) % 2 } else { *label }).collect()
@@ -216,7 +216,7 @@ fn judgement(setting: &Setting, networks: Vec<Judged>) -> Judgement {
     }
 }
 
-/// A stress test in which faults cost each network that much on average.
+/// Makes a stress test in which faults cost each network that much on average.
 pub fn stress(losses: &[(&str, f64)]) -> Stress {
     let network = |(name, loss): &(&str, f64)| NetworkStress {
         network: (*name).into(),

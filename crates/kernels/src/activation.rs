@@ -11,6 +11,8 @@ macro_rules! forward {
     ($(#[$meta:meta])* $name:ident($($arg:ident: $ty:ty)?) = $body:ident, |$x:ident| $value:expr) => {
         at_level! { $(#[$meta])* pub fn $name($($arg: $ty,)? x: &[f32], y: &mut [f32]) = $body }
 
+        /// Computes the function value by value, compiled for the vectors of `S`.
+        ///
         /// # Safety
         /// The CPU has the features of `S`.
         #[inline(always)]
@@ -34,6 +36,8 @@ macro_rules! backward {
             pub fn $name($($arg: $ty,)? kept: &[f32], dy: &[f32], dx: &mut [f32], accumulate: bool) = $body
         }
 
+        /// Writes the gradient to `dx` value by value or adds it, compiled for the vectors of `S`.
+        ///
         /// # Safety
         /// The CPU has the features of `S`.
         #[inline(always)]
@@ -60,41 +64,43 @@ macro_rules! backward {
 // vectors of that level's width.
 
 forward! {
-    /// `y = max(x, 0)`.
+    /// Computes `y = max(x, 0)`.
     relu() = relu_at, |x| if x <= 0.0 { 0.0 } else { x }
 }
 
 backward! {
-    /// Gradient of [`relu`] from its input or its output: 0 at 0.
+    /// Computes the gradient of [`relu`] from its input or its output: 0 at 0.
     relu_backward() = relu_backward_at, |x, dy| if x <= 0.0 { 0.0 } else { dy }
 }
 
 forward! {
-    /// `y = min(max(x, 0), 6)`.
+    /// Computes `y = min(max(x, 0), 6)`.
     relu6() = relu6_at, |x| x.clamp(0.0, 6.0)
 }
 
 backward! {
-    /// Gradient of [`relu6`] from its input: 0 at both corners.
+    /// Computes the gradient of [`relu6`] from its input: 0 at both corners.
     relu6_backward() = relu6_backward_at, |x, dy| if x <= 0.0 || x >= 6.0 { 0.0 } else { dy }
 }
 
 forward! {
-    /// `y = x` above 0, else `slope · x`.
+    /// Computes `y = x` above 0, else `y = slope · x`.
     leaky_relu(slope: f32) = leaky_relu_at, |x| if x > 0.0 { x } else { slope * x }
 }
 
 backward! {
-    /// Gradient of [`leaky_relu`] from its input: `slope` at 0.
+    /// Computes the gradient of [`leaky_relu`] from its input: `slope` at 0.
     leaky_relu_backward(slope: f32) = leaky_relu_backward_at,
     |x, dy| if x > 0.0 { dy } else { slope * dy }
 }
 
 at_level! {
-    /// `y = 1 / (1 + e⁻ˣ)`.
+    /// Computes `y = 1 / (1 + e⁻ˣ)`.
     pub fn sigmoid(x: &[f32], y: &mut [f32]) = sigmoid_at
 }
 
+/// Computes [`sigmoid`] with vectors of `S`.
+///
 /// # Safety
 /// The CPU has the features of `S`.
 #[inline(always)]
@@ -107,15 +113,17 @@ unsafe fn sigmoid_at<S: Simd>(x: &[f32], y: &mut [f32]) {
 }
 
 backward! {
-    /// Gradient of [`sigmoid`] from its output.
+    /// Computes the gradient of [`sigmoid`] from its output.
     sigmoid_backward() = sigmoid_backward_at, |y, dy| dy * (y * (1.0 - y))
 }
 
 at_level! {
-    /// `y = tanh(x)`.
+    /// Computes `y = tanh(x)`.
     pub fn tanh(x: &[f32], y: &mut [f32]) = tanh_at
 }
 
+/// Computes [`tanh`] with vectors of `S`.
+///
 /// # Safety
 /// The CPU has the features of `S`.
 #[inline(always)]
@@ -128,12 +136,12 @@ unsafe fn tanh_at<S: Simd>(x: &[f32], y: &mut [f32]) {
 }
 
 backward! {
-    /// Gradient of [`tanh`] from its output.
+    /// Computes the gradient of [`tanh`] from its output.
     tanh_backward() = tanh_backward_at, |y, dy| dy * (1.0 - y * y)
 }
 
 forward! {
-    /// `y = x · min(max(x + 3, 0), 6) / 6`.
+    /// Computes `y = x · min(max(x + 3, 0), 6) / 6`.
     hard_swish() = hard_swish_at, |x| {
         let inner = x * (x + 3.0) / 6.0;
         let right = if x >= 3.0 { x } else { inner };
@@ -142,7 +150,7 @@ forward! {
 }
 
 backward! {
-    /// Gradient of [`hard_swish`] from its input: 0 at −3, 1 at 3.
+    /// Computes the gradient of [`hard_swish`] from its input: 0 at −3, 1 at 3.
     hard_swish_backward() = hard_swish_backward_at, |x, dy| {
         let inner = dy * (x / 3.0 + 0.5);
         let right = if x >= 3.0 { dy } else { inner };
@@ -150,6 +158,8 @@ backward! {
     }
 }
 
+/// Returns the sigmoid of every lane.
+///
 /// # Safety
 /// The CPU has the features of `S`.
 #[inline(always)]
@@ -161,7 +171,8 @@ pub(crate) unsafe fn sigmoid_of<S: Simd>(x: S::V) -> S::V {
     }
 }
 
-/// Up to 0.625 a polynomial (Cephes' tanhf), since 1 − 2/(e²ˣ + 1) would cancel.
+/// Returns the tanh of every lane. Up to ±0.625 it is a polynomial (Cephes' tanhf), since 1 − 2/(e²ˣ + 1) would
+/// cancel.
 ///
 /// # Safety
 /// The CPU has the features of `S`.
@@ -184,7 +195,7 @@ pub(crate) unsafe fn tanh_of<S: Simd>(x: S::V) -> S::V {
     }
 }
 
-/// eˣ, held at the ends of the range of normal numbers; NaN stays NaN.
+/// Returns eˣ of every lane, held at the ends of the range of normal numbers; NaN stays NaN.
 ///
 /// Cody and Waite's reduction to ±ln 2 / 2 and Cephes' polynomial. Adding 1.5·2²³ rounds to an integer and
 /// leaves it in the low bits, from where it becomes the exponent.

@@ -18,7 +18,7 @@ pub struct AdaptivePool {
 }
 
 impl AdaptivePool {
-    /// x [input positions × channels] → y [output positions × channels].
+    /// Writes the mean of every window: x [input positions × channels] → y [output positions × channels].
     pub fn forward(&self, x: &[f32], y: &mut [f32]) {
         at_least("input of a pool", x.len(), image(self.input, self.channels));
         at_least("output of a pool", y.len(), image(self.output, self.channels));
@@ -74,7 +74,7 @@ impl AdaptivePool {
     }
 }
 
-/// Part `i` of an axis of `size` that is cut into `parts`.
+/// Returns part `i` of an axis of `size` that is cut into `parts`.
 pub(crate) fn part(size: usize, parts: usize, i: usize) -> Range<usize> {
     i * size / parts..((i + 1) * size).div_ceil(parts)
 }

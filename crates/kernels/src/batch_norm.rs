@@ -28,9 +28,8 @@ struct InputGradientView<'a> {
     constant: &'a [f32],
 }
 
-/// Gradient of stored values `x` (rows × channels), written or added, from the gradient `dy` of their
-/// view; `norm` are the coefficients of the view's batch norm, given if and only if the view has scale and
-/// shift.
+/// Writes the gradient of stored values `x` (rows × channels) or adds it, from the gradient `dy` of their view.
+/// `norm` holds the coefficients of the view's batch norm. It is given if and only if the view has scale and shift.
 pub fn backward(
     channels: usize,
     x: &[f32],
@@ -82,6 +81,8 @@ at_level! {
     ) = through_norm_at
 }
 
+/// Takes `dy` back through a view with batch norm, with vectors of `S`: the gradient is written to or added to `dx`.
+///
 /// # Safety
 /// The CPU has the features of `S`.
 #[allow(clippy::too_many_arguments)]

@@ -15,7 +15,7 @@ pub struct Buffer {
 }
 
 impl Buffer {
-    /// `len` zeros.
+    /// Makes a buffer of `len` zeros.
     pub fn zeros(len: usize) -> Self {
         if len == 0 {
             return Buffer::default();

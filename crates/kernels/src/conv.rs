@@ -41,13 +41,13 @@ pub struct Conv {
 }
 
 impl Conv {
-    /// A convolution of `channels` into `filters`; `groups` divides both.
+    /// Makes a convolution of `channels` into `filters`; `groups` divides both.
     pub fn new(window: Window3, channels: usize, filters: usize, groups: usize) -> Self {
         Self::dilated(window, [1; 3], channels, filters, groups)
     }
 
-    /// The same with a kernel whose values meet inputs `dilation` apart; the window's outputs are counted with
-    /// them.
+    /// Makes a convolution as [`Conv::new`] does, with a kernel whose values meet inputs `dilation` apart; the window's
+    /// outputs are counted with them.
     pub fn dilated(
         window: Window3,
         dilation: [usize; 3],
@@ -59,12 +59,12 @@ impl Conv {
         Self::with(sizes, Winograd::pays(&sizes))
     }
 
-    /// The same by the definition's own products, whatever the sizes.
+    /// Makes a convolution by the definition's products, whatever the sizes.
     pub fn direct(window: Window3, channels: usize, filters: usize, groups: usize) -> Self {
         Self::with(ConvSizes::new(window, [1; 3], channels, filters, groups), false)
     }
 
-    /// The same with fewer products wherever the window allows, even where that does not pay.
+    /// Makes a convolution with fewer products wherever the window allows, even where that does not pay.
     pub fn winograd(window: Window3, channels: usize, filters: usize, groups: usize) -> Self {
         Self::with(ConvSizes::new(window, [1; 3], channels, filters, groups), true)
     }
@@ -74,49 +74,49 @@ impl Conv {
         Conv { forward: ConvPass::new(sizes, fewer), turned }
     }
 
-    /// The algorithm that was chosen.
+    /// Returns the algorithm that was chosen.
     pub fn kind(&self) -> ConvKind {
         self.forward.kind()
     }
 
-    /// Values of one input image.
+    /// Returns the number of values of one input image.
     pub fn x_len(&self) -> usize {
         self.forward.sizes.x_len()
     }
 
-    /// Values of one output image.
+    /// Returns the number of values of one output image.
     pub fn y_len(&self) -> usize {
         self.forward.sizes.y_len()
     }
 
-    /// Number of weights.
+    /// Returns the number of weights.
     pub fn weight_len(&self) -> usize {
         self.forward.sizes.weight_len()
     }
 
-    /// Multiply–accumulates of one image.
+    /// Returns the number of multiply–accumulates of one image.
     pub fn macs(&self) -> usize {
         self.forward.sizes.window.output_len() * self.weight_len()
     }
 
-    /// Values of one input image with its halo; what [`Conv::pad`] fills at most.
+    /// Returns the number of values of one input image with its halo: the most that [`Conv::pad`] fills.
     pub fn padded_len(&self) -> usize {
         self.forward.padded_len()
     }
 
-    /// The pieces in which passes over an image go best: kernels with few products per value wait for
-    /// memory where the padded image does not stay in cache.
+    /// Returns the pieces in which passes over an image go best: kernels with few products per value wait for memory
+    /// where the padded image does not stay in cache.
     pub fn bands(&self) -> impl Iterator<Item = Band> + use<> {
         self.forward.bands()
     }
 
-    /// The input of a band as the kernel reads it: seen through `view`, with a halo of zeros. Borrows `x`
+    /// Returns the input of a band as the kernel reads it: seen through `view`, with a halo of zeros. Borrows `x`
     /// itself where that is the same.
     pub fn pad<'a>(&self, x: &'a [f32], view: &AffineView, band: Band, scratch: &'a mut [f32]) -> Padded<'a> {
         self.forward.pad(x, view, band, scratch)
     }
 
-    /// Weights as [`Conv::forward`] wants them; empty where it wants them as they are.
+    /// Packs weights as [`Conv::forward`] wants them; leaves `packed` empty where it wants them as they are.
     pub fn pack(&self, weight: &[f32], packed: &mut Vec<f32>) {
         at_least("weights of a convolution", weight.len(), self.weight_len());
         packed.clear();
@@ -124,12 +124,12 @@ impl Conv {
         self.forward.pack(weight, packed);
     }
 
-    /// Values of scratch that the passes need besides [`Conv::padded_len`].
+    /// Returns the number of values of scratch that the passes need besides [`Conv::padded_len`].
     pub fn work_len(&self) -> usize {
         self.forward.work_len()
     }
 
-    /// `y = conv(x) + bias` of a band; `padded` comes from [`Conv::pad`], `packed` from [`Conv::pack`].
+    /// Computes `y = conv(x) + bias` of a band; `padded` comes from [`Conv::pad`], `packed` from [`Conv::pack`].
     pub fn forward(
         &self,
         padded: Padded,
@@ -142,8 +142,8 @@ impl Conv {
         self.forward.forward(padded, weight, packed, bias.map_or(Begin::Zero, Begin::Bias), y, work);
     }
 
-    /// Weights as [`Conv::backward_input`] wants them: turned round, channels in and out exchanged.
-    /// Empty where it wants them as they are.
+    /// Turns weights round as [`Conv::backward_input`] wants them, channels in and out exchanged. Leaves `turned`
+    /// empty where it wants them as they are.
     pub fn turn(&self, weight: &[f32], turned: &mut Vec<f32>) {
         at_least("weights of a convolution", weight.len(), self.weight_len());
         turned.clear();
@@ -154,12 +154,12 @@ impl Conv {
         pass.pack(turned, packed);
     }
 
-    /// Values of scratch that [`Conv::backward_input`] needs.
+    /// Returns the number of values of scratch that [`Conv::backward_input`] needs.
     pub fn backward_len(&self) -> usize {
         self.turned.as_ref().map_or(0, |pass| pass.padded_len() + pass.work_len())
     }
 
-    /// Gradient of the input as it was seen, written to or added to `dx`; `turned` comes from
+    /// Computes the gradient of the input as it was seen, written to or added to `dx`; `turned` comes from
     /// [`Conv::turn`].
     pub fn backward_input(
         &self,
@@ -189,7 +189,7 @@ impl Conv {
         }
     }
 
-    /// Values of the sums that [`Conv::backward_weight`] adds to, without the bias.
+    /// Returns the number of sums that [`Conv::backward_weight`] adds to, without the bias.
     pub fn sums_len(&self) -> usize {
         self.forward.sums_len()
     }

@@ -4,8 +4,8 @@ use crate::lengths::{exactly, whole_rows};
 use crate::reduce;
 use crate::simd::{Simd, at_level};
 
-/// x (positions × channels) → y (channels): `√(mean((x − mean)²) + eps)`; leaves the mean of each channel in
-/// `mean`.
+/// Computes the standard deviation of each channel, x (positions × channels) → y (channels):
+/// `√(mean((x − mean)²) + eps)`. Leaves the mean of each channel in `mean`.
 pub fn forward(channels: usize, eps: f32, x: &[f32], mean: &mut [f32], y: &mut [f32]) {
     whole_rows("input of a deviation", x.len(), channels);
     exactly("means of a deviation", mean.len(), channels);
@@ -20,12 +20,15 @@ pub fn forward(channels: usize, eps: f32, x: &[f32], mean: &mut [f32], y: &mut [
 }
 
 at_level! {
-    /// `dx = dy · (x − mean) / (positions · y)`, written or added to `dx`; `mean` and `y` come from [`forward`].
+    /// Computes `dx = dy · (x − mean) / (positions · y)`, written or added to `dx`; `mean` and `y` come from
+    /// [`forward`].
     pub fn backward(
         channels: usize, x: &[f32], mean: &[f32], y: &[f32], dy: &[f32], dx: &mut [f32], accumulate: bool,
     ) = backward_at
 }
 
+/// Computes [`backward`] with vectors of `S`.
+///
 /// # Safety
 /// The CPU has the features of `S`.
 #[inline(always)]

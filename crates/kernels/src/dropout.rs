@@ -2,7 +2,7 @@
 
 use crate::lengths::exactly;
 
-/// `y = x · scale` where `keeps(index)`, else `x · 0`; written or added. The product lets NaN through.
+/// Writes `y = x · scale` where `keeps(index)`, else `x · 0`, or adds it to `y`. The product lets NaN through.
 ///
 /// Forward with values, backward with gradients and the same `keeps`. Indices count from the start of
 /// `x`; `scale` is 1 / (1 − the drop probability).

@@ -13,22 +13,22 @@ pub(crate) struct Fold {
 }
 
 impl Fold {
-    /// `None` where one row fills a vector by more than half.
+    /// Makes a fold of rows of `channels`; `None` where one row fills a vector by more than half, or has no channel.
     pub fn new(channels: usize) -> Option<Self> {
         (channels > 0 && channels <= WIDE / 2).then(|| Fold { channels, rows: WIDE / channels })
     }
 
-    /// Channels of a folded row.
+    /// Returns the number of channels of a folded row.
     pub fn channels(self) -> usize {
         self.channels * self.rows
     }
 
-    /// How many of `len` values lie in whole folded rows.
+    /// Returns how many of `len` values lie in whole folded rows.
     pub fn whole(self, len: usize) -> usize {
         len / self.channels() * self.channels()
     }
 
-    /// A coefficient per channel, repeated for every row taken together.
+    /// Repeats a coefficient per channel for every row taken together.
     pub fn repeat(self, values: &[f32]) -> Repeated {
         exactly("a coefficient per channel", values.len(), self.channels);
         let mut wide = [0.0; WIDE];
@@ -38,7 +38,7 @@ impl Fold {
         Repeated { wide, len: self.channels() }
     }
 
-    /// Sums per channel of a folded row, to be added up with [`Fold::add_up`].
+    /// Returns zeros to which the sums per channel of a folded row are added, before [`Fold::add_up`].
     pub fn zeros(self) -> Repeated {
         Repeated { wide: [0.0; WIDE], len: self.channels() }
     }

@@ -3,7 +3,7 @@
 
 use crate::lengths::at_least;
 
-/// x (rows × columns) → y (columns × rows), or added to y.
+/// Transposes x (rows × columns) into y (columns × rows), or adds it to y.
 pub fn transpose(rows: usize, columns: usize, x: &[f32], y: &mut [f32], accumulate: bool) {
     const BLOCK: usize = 16;
     at_least("a matrix to transpose", x.len(), rows * columns);
@@ -21,8 +21,8 @@ pub fn transpose(rows: usize, columns: usize, x: &[f32], y: &mut [f32], accumula
     }
 }
 
-/// Convolution weights from PyTorch's order (filters × channels/groups × kernel) to this crate's
-/// (group × kernel × channels/groups × filters/groups; depthwise: kernel × filters).
+/// Brings convolution weights from PyTorch's order (filters × channels/groups × kernel) into this crate's (group ×
+/// kernel × channels/groups × filters/groups; depthwise: kernel × filters).
 pub fn weights_in(
     filters: usize,
     channels: usize,
@@ -35,7 +35,7 @@ pub fn weights_in(
     weights(filters, channels, volume, groups, |outer, at| inner[at] = w[outer]);
 }
 
-/// The way back of [`weights_in`].
+/// Brings convolution weights from this crate's order into PyTorch's: the way back of [`weights_in`].
 pub fn weights_out(
     filters: usize,
     channels: usize,
@@ -53,7 +53,8 @@ fn check(len: usize, outer: &[f32], inner: &[f32]) {
     at_least("weights in this crate's order", inner.len(), len);
 }
 
-/// `channels` are the input channels of one group.
+/// Calls `pair` with the index of every weight in PyTorch's order and in this crate's. `channels` are the input
+/// channels of one group.
 fn weights(
     filters: usize,
     channels: usize,
@@ -79,8 +80,8 @@ fn weights(
     }
 }
 
-/// Weights (group × kernel × channels in × channels out, each of one group) turned round: the kernel from its
-/// end, channels in and out exchanged.
+/// Turns weights (group × kernel × channels in × channels out, each of one group) round: the kernel from its end,
+/// channels in and out exchanged.
 pub(crate) fn turn_round(
     groups: usize,
     volume: usize,
@@ -97,7 +98,7 @@ pub(crate) fn turn_round(
     }
 }
 
-/// Depthwise weights (kernel × channels) turned round.
+/// Turns depthwise weights (kernel × channels) round.
 pub(crate) fn turn_round_depthwise(volume: usize, channels: usize, weight: &[f32], turned: &mut [f32]) {
     let len = volume * channels;
     check_turned(len, weight, turned);

@@ -32,7 +32,7 @@ pub(crate) fn whole_rows(what: &str, len: usize, channels: usize) {
     }
 }
 
-/// Apart from the comparisons, so that those stay short where they are inlined.
+/// Panics with a message; stands apart from the comparisons, so that those stay short where they are inlined.
 #[cold]
 #[inline(never)]
 #[track_caller]
@@ -41,7 +41,7 @@ fn fail(what: &str, len: usize, how: &str, needed: usize) -> ! {
     panic!("{what}: {len} values where {how}{needed} are needed")
 }
 
-/// Values of an image of `size` positions × `channels`; panics where no memory could hold them.
+/// Returns the number of values of an image of `size` positions × `channels`; panics where no memory could hold them.
 #[track_caller]
 pub(crate) fn image(size: [usize; 3], channels: usize) -> usize {
     let len = size.into_iter().try_fold(channels, usize::checked_mul);
@@ -50,7 +50,8 @@ pub(crate) fn image(size: [usize; 3], channels: usize) -> usize {
     fits.expect("no memory holds an image of this size")
 }
 
-/// Values from the first to the last of `rows` that start `pitch` apart; panics where no memory could hold them.
+/// Returns the number of values from the first to the last of `rows` that start `pitch` apart; panics where no memory
+/// could hold them.
 #[track_caller]
 pub(crate) fn reach(rows: usize, pitch: usize, columns: usize) -> usize {
     if rows == 0 || columns == 0 {

@@ -2,7 +2,7 @@
 
 use crate::lengths::{exactly, whole_rows};
 
-/// Mean softmax cross-entropy over rows of `logits` (rows × classes) and its gradient.
+/// Returns the mean softmax cross-entropy over rows of `logits` (rows × classes) and writes its gradient.
 pub fn softmax_cross_entropy(logits: &[f32], classes: usize, labels: &[u32], gradient: &mut [f32]) -> f32 {
     exactly("logits of a row per label", logits.len(), labels.len() * classes);
     exactly("gradient of the logits", gradient.len(), logits.len());
@@ -22,8 +22,8 @@ pub fn softmax_cross_entropy(logits: &[f32], classes: usize, labels: &[u32], gra
     (total * share) as f32
 }
 
-/// Mean softmax cross-entropy against target weights (rows × classes), −Σ t·log softmax, and its gradient.
-/// Rows of `targets` need not add up to 1: class weights are in them.
+/// Returns the mean softmax cross-entropy against target weights (rows × classes), −Σ t·log softmax, and writes its
+/// gradient. Rows of `targets` need not add up to 1: class weights are in them.
 pub fn softmax_cross_entropy_soft(
     logits: &[f32],
     classes: usize,
@@ -49,7 +49,7 @@ pub fn softmax_cross_entropy_soft(
     (total * share) as f32
 }
 
-/// Probabilities of one row of logits. A row with NaN gives NaN.
+/// Writes the probabilities of one row of logits. A row with NaN gives NaN.
 pub fn softmax(logits: &[f32], probabilities: &mut [f32]) {
     exactly("probabilities of the logits", probabilities.len(), logits.len());
     let largest = logits.iter().copied().fold(f32::NEG_INFINITY, f32::max);
@@ -64,7 +64,7 @@ pub fn softmax(logits: &[f32], probabilities: &mut [f32]) {
     }
 }
 
-/// Mean multi-label soft margin over all `logits` and its gradient; `targets` are 0 to 1.
+/// Returns the mean multi-label soft margin over all `logits` and writes its gradient; `targets` are 0 to 1.
 ///
 /// −(t·log σ(x) + (1−t)·log σ(−x)), written so that no exponential overflows.
 pub fn multi_label_soft_margin(logits: &[f32], targets: &[f32], gradient: &mut [f32]) -> f32 {
@@ -77,7 +77,8 @@ pub fn multi_label_soft_margin(logits: &[f32], targets: &[f32], gradient: &mut [
     })
 }
 
-/// Mean of max(0, 1 − s·output) over all `outputs` and its gradient, with s = 2·target − 1; `targets` are 0 to 1.
+/// Returns the mean of max(0, 1 − s·output) over all `outputs` and writes its gradient, with s = 2·target − 1;
+/// `targets` are 0 to 1.
 pub fn hinge(outputs: &[f32], targets: &[f32], gradient: &mut [f32]) -> f32 {
     mean(outputs, targets, gradient, |x, t| {
         let side = 2.0 * t - 1.0;
@@ -87,12 +88,12 @@ pub fn hinge(outputs: &[f32], targets: &[f32], gradient: &mut [f32]) -> f32 {
     })
 }
 
-/// Mean of (output − target)² over all `outputs` and its gradient.
+/// Returns the mean of (output − target)² over all `outputs` and writes its gradient.
 pub fn mean_squared_error(outputs: &[f32], targets: &[f32], gradient: &mut [f32]) -> f32 {
     mean(outputs, targets, gradient, |x, t| ((x - t) * (x - t), 2.0 * (x - t)))
 }
 
-/// Mean of a loss value by value; `term` gives the loss and its derivative.
+/// Returns the mean of a loss value by value and writes its gradient; `term` gives the loss and its derivative.
 fn mean(
     outputs: &[f32],
     targets: &[f32],

@@ -60,7 +60,7 @@ pub struct Trace {
 }
 
 impl Trace {
-    /// Room for `batch` sequences.
+    /// Makes room for `batch` sequences.
     pub fn new(lstm: &Lstm, batch: usize) -> Self {
         let states = batch * lstm.steps * lstm.hidden;
         Trace {
@@ -79,22 +79,24 @@ impl Trace {
 }
 
 impl Lstm {
-    /// Multiply–accumulates of one sequence.
+    /// Returns the number of multiply–accumulates of one sequence.
     pub fn macs(&self) -> usize {
         self.steps * 4 * self.hidden * (self.channels + self.hidden)
     }
 
-    /// Numbers that a gate of one step is a weighted sum of: input, 1 for the bias, hidden state.
+    /// Returns how many numbers a gate of one step is a weighted sum of: input, 1 for the bias, hidden state.
     fn factors(&self) -> usize {
         self.channels + 1 + self.hidden
     }
 
-    /// Distance of two rows of gates. Rows a power of two apart would all want the same few lines of the cache.
+    /// Returns the distance of two rows of gates. Rows a power of two apart would all want the same few lines of the
+    /// cache.
     fn gates_row(&self) -> usize {
         4 * self.hidden + 16
     }
 
-    /// Samples of a batch by its length; panics unless they are whole and `trace` has room for them.
+    /// Returns the number of samples of a batch by its length; panics unless they are whole and `trace` has room for
+    /// them.
     fn samples(&self, what: &str, len: usize, sample: usize, trace: &Trace) -> usize {
         whole_rows(what, len, sample);
         let n = len / sample;
@@ -115,7 +117,8 @@ impl Lstm {
         exactly("second bias", weights.bias_hh.len(), 4 * hidden);
     }
 
-    /// x [n × steps × channels] → y [n × hidden], n by the length of `y`; remembers the way in `trace`.
+    /// Computes the last hidden states: x [n × steps × channels] → y [n × hidden], n by the length of `y`. Remembers
+    /// the way in `trace`.
     pub fn forward(&self, x: &[f32], weights: &Weights, trace: &mut Trace, y: &mut [f32]) {
         let Lstm { channels, steps, hidden } = *self;
         let n = self.samples("hidden states", y.len(), hidden, trace);
@@ -135,7 +138,7 @@ impl Lstm {
         self.run_steps(n, trace, y);
     }
 
-    /// Weights in the order of the factors: input, bias, hidden state.
+    /// Writes the weights in the order of the factors: input, bias, hidden state.
     fn turn(&self, weights: &Weights, turned: &mut [f32]) {
         let Lstm { channels, hidden, .. } = *self;
         let width = 4 * hidden;
@@ -148,7 +151,7 @@ impl Lstm {
         }
     }
 
-    /// All steps of `n` sequences whose inputs and first states are in `trace`.
+    /// Runs all steps of `n` sequences whose inputs and first states are in `trace`.
     fn run_steps(&self, n: usize, trace: &mut Trace, y: &mut [f32]) {
         let Lstm { channels, steps, hidden } = *self;
         let (width, all) = (4 * hidden, self.factors());
@@ -173,7 +176,7 @@ impl Lstm {
         }
     }
 
-    /// Gradients of all gates before their functions, from `dy` [n × hidden]; once after
+    /// Computes the gradients of all gates before their functions, from `dy` [n × hidden]; once after
     /// [`Lstm::forward`], before the two methods below.
     pub fn backward_gates(&self, dy: &[f32], weights: &Weights, trace: &mut Trace) {
         let Lstm { steps, hidden, .. } = *self;
@@ -200,7 +203,8 @@ impl Lstm {
         }
     }
 
-    /// Gradients of the weights and of either bias (both are equal), overwritten; sums over `n` sequences.
+    /// Writes the gradients of the weights and of either bias (both are equal) over what was there: sums over `n`
+    /// sequences.
     pub fn backward_weights(
         &self,
         n: usize,
@@ -231,7 +235,7 @@ impl Lstm {
         }
     }
 
-    /// Gradient of the input, written to or added to `dx`.
+    /// Computes the gradient of the input, written to or added to `dx`.
     pub fn backward_input(&self, trace: &Trace, weights: &Weights, dx: &mut [f32], accumulate: bool) {
         let Lstm { channels, steps, hidden } = *self;
         let (width, stride) = (4 * hidden, self.gates_row());
@@ -246,11 +250,13 @@ impl Lstm {
 }
 
 at_level! {
-    /// One step of one sample from the cell state `old`: gates get their functions, `c` becomes the new cell,
+    /// Runs one step of one sample from the cell state `old`: gates get their functions, `c` becomes the new cell,
     /// `tanh` its tangent, `h` the new hidden state.
     pub(crate) fn cell(gates: &mut [f32], old: &[f32], c: &mut [f32], tanh: &mut [f32], h: &mut [f32]) = cell_at
 }
 
+/// Runs [`cell`] with vectors of `S`.
+///
 /// # Safety
 /// The CPU has the features of `S`.
 #[inline(always)]
@@ -282,11 +288,13 @@ unsafe fn cell_at<S: Simd>(gates: &mut [f32], old: &[f32], c: &mut [f32], tanh: 
 }
 
 at_level! {
-    /// The way back of one step of one sample: gates become their gradients before the functions; `dc` of
-    /// the cell, whose tangent is `tanh`, becomes that of the cell before, `old`.
+    /// Runs one step of one sample backwards: gates become their gradients before the functions; `dc` of the cell,
+    /// whose tangent is `tanh`, becomes that of the cell before, `old`.
     fn cell_backward(gates: &mut [f32], tanh: &[f32], old: &[f32], dh: &[f32], dc: &mut [f32]) = cell_backward_at
 }
 
+/// Runs [`cell_backward`] with vectors of `S`.
+///
 /// # Safety
 /// The CPU has the features of `S`.
 #[inline(always)]

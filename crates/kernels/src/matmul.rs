@@ -19,19 +19,19 @@ pub struct Matrix<'a> {
 }
 
 impl<'a> Matrix<'a> {
-    /// Rows one after the other.
+    /// Makes a matrix whose rows lie one after the other.
     pub fn new(data: &'a [f32], rows: usize, columns: usize) -> Self {
         Self::strided(data, rows, columns, columns)
     }
 
-    /// Rows that start `row_stride` apart.
+    /// Makes a matrix whose rows start `row_stride` apart.
     pub fn strided(data: &'a [f32], rows: usize, columns: usize, row_stride: usize) -> Self {
         let matrix = Matrix { data, rows, columns, row_stride, column_stride: 1 };
         at_least("a matrix", data.len(), reach(rows, row_stride, columns));
         matrix
     }
 
-    /// Rows and columns exchanged.
+    /// Exchanges rows and columns.
     pub fn t(self) -> Self {
         Matrix {
             rows: self.columns,
@@ -43,7 +43,7 @@ impl<'a> Matrix<'a> {
     }
 }
 
-/// Sizes (rows, columns, depth) of `a · b`, which is asserted to fit `out`.
+/// Returns the sizes (rows, columns, depth) of `a · b`, which is asserted to fit `out`.
 fn sizes(out: &[f32], row_stride: usize, a: &Matrix, b: &Matrix) -> [usize; 3] {
     exactly("rows of the second matrix for columns of the first", b.rows, a.columns);
     let (m, n) = (a.rows, b.columns);
@@ -52,7 +52,7 @@ fn sizes(out: &[f32], row_stride: usize, a: &Matrix, b: &Matrix) -> [usize; 3] {
     [m, n, a.columns]
 }
 
-/// `out = a · b`, or `out += a · b` when `accumulate`; rows of `out` start `row_stride` apart.
+/// Computes `out = a · b`, or `out += a · b` when `accumulate`; rows of `out` start `row_stride` apart.
 ///
 /// One thread; the same inputs give the same bits.
 pub fn matmul(out: &mut [f32], row_stride: usize, a: Matrix, b: Matrix, accumulate: bool) {
@@ -95,8 +95,8 @@ const CACHED: usize = 1 << 18;
 /// Rows of a larger second matrix that are read side by side, few enough for the CPU to read ahead in all.
 const STREAMS: usize = 32;
 
-/// The same for few rows of `a`. `gemm` first copies `b` into another order, which for few rows would be half
-/// the work; here `b` is read where it lies, row by row.
+/// Computes the same as [`matmul`], for few rows of `a`. `gemm` first copies `b` into another order, which for few
+/// rows would be half the work; here `b` is read where it lies, row by row.
 pub fn few_rows(out: &mut [f32], row_stride: usize, a: Matrix, b: Matrix, accumulate: bool) {
     assert_eq!(b.column_stride, 1, "rows of the second matrix are needed in one piece");
     let [m, n, k] = sizes(out, row_stride, &a, &b);
@@ -145,7 +145,7 @@ pub fn few_rows(out: &mut [f32], row_stride: usize, a: Matrix, b: Matrix, accumu
     }
 }
 
-/// `0..len` in pieces of at most `most`; one empty piece where `len` is 0.
+/// Cuts `0..len` into pieces of at most `most`: one empty piece where `len` is 0.
 fn pieces(len: usize, most: usize) -> impl Iterator<Item = Range<usize>> {
     (0..len.max(1)).step_by(most).map(move |from| from..(from + most).min(len))
 }
@@ -184,7 +184,7 @@ mod tests {
         }
     }
 
-    /// A small second matrix, an output and a second matrix that leave the cache, and no depth at all.
+    /// Covers a small second matrix, an output and a second matrix that leave the cache, and no depth at all.
     #[test]
     fn few_rows_in_every_order_agree_with_gemm() {
         let value = |i: usize| ((i * 37 + 11) % 64) as f32 / 64.0 - 0.5;

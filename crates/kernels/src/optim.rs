@@ -2,7 +2,7 @@
 
 use crate::lengths::exactly;
 
-/// Stochastic gradient descent with momentum as PyTorch defines it:
+/// Takes a step of stochastic gradient descent with momentum as PyTorch defines it:
 /// `v ← momentum · v + (g + weight_decay · w)`, `w ← w − lr · v`.
 pub fn sgdm(
     weights: &mut [f32],
@@ -34,13 +34,13 @@ pub struct Adam {
 }
 
 impl Default for Adam {
-    /// `torch.optim.Adam`'s.
+    /// Returns the defaults of `torch.optim.Adam`.
     fn default() -> Self {
         Adam { lr: 1e-3, betas: (0.9, 0.999), eps: 1e-8, weight_decay: 0.0 }
     }
 }
 
-/// `torch.optim.Adam`: the penalty is added to the gradient. `step` counts from 1; both moments start
+/// Takes a step of `torch.optim.Adam`: the penalty is added to the gradient. `step` counts from 1; both moments start
 /// at zero.
 pub fn adam(
     weights: &mut [f32],
@@ -54,7 +54,7 @@ pub fn adam(
     move_by_moments(weights, gradients, first, second, settings, step, |w, g| (w, g + decay * w));
 }
 
-/// `torch.optim.AdamW`: the penalty shrinks the weights and stays out of the moments.
+/// Takes a step of `torch.optim.AdamW`: the penalty shrinks the weights and stays out of the moments.
 pub fn adamw(
     weights: &mut [f32],
     gradients: &[f32],

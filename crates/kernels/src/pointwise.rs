@@ -8,10 +8,12 @@ use crate::view::AffineView;
 // The bodies below are plain loops: instantiated per level, the compiler makes vectors of them.
 
 at_level! {
-    /// `y = x`, or `y += x` when `accumulate`.
+    /// Writes `y = x`, or `y += x` when `accumulate`.
     pub fn copy(x: &[f32], y: &mut [f32], accumulate: bool) = copy_at
 }
 
+/// Runs [`copy`], compiled for the vectors of `S`.
+///
 /// # Safety
 /// The CPU has the features of `S`.
 #[inline(always)]
@@ -26,7 +28,7 @@ unsafe fn copy_at<S: Simd>(x: &[f32], y: &mut [f32], accumulate: bool) {
     }
 }
 
-/// Columns `x` (rows × `width`) into columns `at..at + width` of `y` (rows × `y_width`).
+/// Copies `x` (rows × `width`) into columns `at..at + width` of `y` (rows × `y_width`).
 pub fn put_columns(x: &[f32], width: usize, y: &mut [f32], y_width: usize, at: usize) {
     check_columns(x, width, y, y_width, at);
     for (x, y) in x.chunks_exact(width).zip(y.chunks_exact_mut(y_width)) {
@@ -34,7 +36,7 @@ pub fn put_columns(x: &[f32], width: usize, y: &mut [f32], y_width: usize, at: u
     }
 }
 
-/// Columns `at..at + width` of `y` (rows × `y_width`) into or onto `x` (rows × `width`).
+/// Copies columns `at..at + width` of `y` (rows × `y_width`) into `x` (rows × `width`), or adds them to it.
 pub fn take_columns(y: &[f32], y_width: usize, at: usize, x: &mut [f32], width: usize, accumulate: bool) {
     check_columns(x, width, y, y_width, at);
     for (x, y) in x.chunks_exact_mut(width).zip(y.chunks_exact(y_width)) {
@@ -42,7 +44,7 @@ pub fn take_columns(y: &[f32], y_width: usize, at: usize, x: &mut [f32], width: 
     }
 }
 
-/// Columns `x` (rows × `width`) added to columns `at..at + width` of `y` (rows × `y_width`).
+/// Adds `x` (rows × `width`) to columns `at..at + width` of `y` (rows × `y_width`).
 pub fn add_to_columns(x: &[f32], width: usize, y: &mut [f32], y_width: usize, at: usize) {
     check_columns(x, width, y, y_width, at);
     for (x, y) in x.chunks_exact(width).zip(y.chunks_exact_mut(y_width)) {
@@ -58,7 +60,7 @@ fn check_columns(x: &[f32], width: usize, y: &[f32], y_width: usize, at: usize) 
     assert!(at <= y_width && width <= y_width - at, "{width} columns from {at} on are needed of {y_width}");
 }
 
-/// Column `g · width/groups + i` of `x` (rows × `width`) into or onto column `i · groups + g` of `y`;
+/// Copies column `g · width/groups + i` of `x` (rows × `width`) into column `i · groups + g` of `y`, or adds it;
 /// `groups` divides `width`.
 pub fn shuffle_columns(x: &[f32], width: usize, groups: usize, y: &mut [f32], accumulate: bool) {
     assert!(groups > 0 && width.is_multiple_of(groups), "groups that divide {width} columns are needed");
@@ -75,10 +77,12 @@ pub fn shuffle_columns(x: &[f32], width: usize, groups: usize, y: &mut [f32], ac
 }
 
 at_level! {
-    /// `y = factor · x`, or `y += factor · x` when `accumulate`.
+    /// Computes `y = factor · x`, or `y += factor · x` when `accumulate`.
     pub fn scale(factor: f32, x: &[f32], y: &mut [f32], accumulate: bool) = scale_at
 }
 
+/// Computes [`scale`], compiled for the vectors of `S`.
+///
 /// # Safety
 /// The CPU has the features of `S`.
 #[inline(always)]
@@ -90,7 +94,7 @@ unsafe fn scale_at<S: Simd>(factor: f32, x: &[f32], y: &mut [f32], accumulate: b
     }
 }
 
-/// Mean over positions of one image as seen through `view`: x (positions × channels) → y (channels);
+/// Computes the mean over positions of one image as seen through `view`: x (positions × channels) → y (channels).
 /// `scratch` holds as many values as `x`.
 pub fn mean_positions(channels: usize, view: &AffineView, x: &[f32], scratch: &mut [f32], y: &mut [f32]) {
     whole_rows("input of a mean", x.len(), channels);

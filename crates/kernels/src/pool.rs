@@ -26,7 +26,7 @@ pub struct MaxPool {
 }
 
 impl MaxPool {
-    /// A pool over an image of `channels`.
+    /// Makes a pool over an image of `channels`.
     pub fn new(window: &Window3, channels: usize) -> Self {
         let Window3 { input, kernel, .. } = *window;
         let line = |d: usize, r: usize| (d * input[1] + r) * input[2];
@@ -74,13 +74,13 @@ impl MaxPool {
         MaxPool { channels, input_len: image(input, channels), under, windows, uncovered, plain }
     }
 
-    /// Values of one output image.
+    /// Returns the number of values of one output image.
     pub fn output_len(&self) -> usize {
         self.windows.len() * self.channels
     }
 
-    /// Maximum per window and channel of `x` as seen through `view`; `taken` remembers which value of the
-    /// window won, for the gradient.
+    /// Computes the maximum per window and channel of `x` as seen through `view`; `taken` remembers which value of
+    /// the window won, for the gradient.
     ///
     /// Padding never wins. Of equal values the first wins; NaN wins over everything, as in PyTorch.
     pub fn forward(&self, view: &AffineView, x: &[f32], y: &mut [f32], taken: &mut [f32]) {
@@ -120,6 +120,8 @@ at_level! {
     ) = max_of_windows_at
 }
 
+/// Computes maxima and winners of all windows with vectors of `S`.
+///
 /// # Safety
 /// The CPU has the features of `S`.
 #[inline(always)]
@@ -169,6 +171,9 @@ at_level! {
         give_to_winners_at
 }
 
+/// Writes each output's gradient to the winner of its window, and 0 to the other values under it, with vectors of
+/// `S`. With `add` it adds them.
+///
 /// # Safety
 /// The CPU has the features of `S`.
 #[inline(always)]
@@ -196,7 +201,7 @@ unsafe fn give_to_winners_at<S: Simd>(pool: &MaxPool, taken: &[f32], dy: &[f32],
     }
 }
 
-/// Mean per window and channel. `counted` is the padding (before, after) per axis that the divisor
+/// Computes the mean per window and channel. `counted` is the padding (before, after) per axis that the divisor
 /// counts as zeros.
 ///
 /// `x` is what the pool sees: no view in between.
@@ -258,7 +263,7 @@ fn each_inside(window: &Window3, position: usize, mut body: impl FnMut(usize)) {
     }
 }
 
-/// Window values inside the input and its counted padding.
+/// Returns the number of window values inside the input and its counted padding.
 fn divisor(window: &Window3, counted: &[(usize, usize); 3], position: usize) -> usize {
     let at = window.unravel(position);
     (0..3).map(|axis| window.counted(axis, at[axis], counted[axis])).product()
@@ -276,6 +281,8 @@ mod tests {
         before: [0, 0, 1],
     };
 
+    /// Compares the gradients of equal values with PyTorch's:
+    ///
     /// ```python
     /// x = torch.tensor([[[1., 1., 1., 0., 2., 2.]]], requires_grad=True)
     /// y = torch.nn.functional.max_pool1d(x, 3, 2, padding=1)
@@ -303,7 +310,7 @@ mod tests {
         assert!(y[2].is_nan() && taken[2] == 0.0, "NaN stays although larger values follow");
     }
 
-    /// Overlapping windows, and ones that leave a column out.
+    /// Covers overlapping windows, and ones that leave a column out.
     #[test]
     fn gradients_are_written_or_added() {
         let apart = Window3 {

@@ -24,6 +24,8 @@ at_level! {
     fn columns(channels: usize, x: &[f32], sums: &mut [f32]) = columns_at
 }
 
+/// Adds each channel's sum with vectors of `S`.
+///
 /// # Safety
 /// The CPU has the features of `S`.
 #[inline(always)]
@@ -72,6 +74,8 @@ at_level! {
     fn deviations(channels: usize, x: &[f32], mean: &[f32], sums: &mut [f32]) = deviations_at
 }
 
+/// Adds each channel's sum of squared deviations from `mean` with vectors of `S`.
+///
 /// # Safety
 /// The CPU has the features of `S`.
 #[inline(always)]
@@ -104,7 +108,7 @@ unsafe fn deviations_at<S: Simd>(channels: usize, x: &[f32], mean: &[f32], sums:
     }
 }
 
-/// Σ x · y of two slices of one length.
+/// Returns Σ x · y of two slices of one length.
 pub fn dot(x: &[f32], y: &[f32]) -> f32 {
     exactly("second factor of a dot product", y.len(), x.len());
     // Chains of their own, so that the compiler may keep them in a vector.
@@ -170,6 +174,8 @@ at_level! {
     ) = gradient_sums_at
 }
 
+/// Adds the sums of [`add_gradient_sums`] with vectors of `S`.
+///
 /// # Safety
 /// The CPU has the features of `S`.
 #[allow(clippy::too_many_arguments)]

@@ -26,12 +26,12 @@ pub(crate) use vectors;
 /// memory in order: at 2048 a training step of mobilenet-v2 took a tenth longer.
 const BLOCK: usize = 256;
 
-/// Length of whole rows that is about [`BLOCK`].
+/// Returns a length of whole rows that is about [`BLOCK`].
 pub(crate) fn block(channels: usize) -> usize {
     (BLOCK / channels).max(1) * channels
 }
 
-/// Lanes `at..at + n` of a slice, 1 ≤ `n` ≤ LANES; the other lanes are zero.
+/// Loads lanes `at..at + n` of a slice, 1 ≤ `n` ≤ LANES; the other lanes are zero.
 ///
 /// # Safety
 /// The CPU has the features of `S` and `at + n <= from.len()`.
@@ -45,7 +45,7 @@ pub(crate) unsafe fn load<S: Simd>(from: &[f32], at: usize, n: usize) -> S::V {
     }
 }
 
-/// The first `n` lanes of `v` into `at..at + n` of a slice, 1 ≤ `n` ≤ LANES.
+/// Stores the first `n` lanes of `v` in `at..at + n` of a slice, 1 ≤ `n` ≤ LANES.
 ///
 /// # Safety
 /// The CPU has the features of `S` and `at + n <= to.len()`.

@@ -40,6 +40,8 @@ pub(crate) struct Tile<'a> {
     pub rectifier: Rectifier,
 }
 
+/// Computes a block of outputs, `M` rows of `N` vectors. `FROZEN` ones get the addend and the rectifier of `t`, too.
+///
 /// # Safety
 /// The CPU has the features of `S`; all addresses that the strides of `t` form for `M` rows and
 /// `N` vectors (the last of `t.last` lanes) are valid, and `c` overlaps neither `a` nor `b`.
@@ -110,6 +112,8 @@ unsafe fn tile<S: Simd, const M: usize, const N: usize, const FROZEN: bool>(t: &
     }
 }
 
+/// Adds the products of all segments to `acc`; with `FULL` the last vector is whole.
+///
 /// # Safety
 /// As [`tile`].
 #[inline(always)]
@@ -207,7 +211,7 @@ static AVX512: Kernels = Kernels {
     ],
 };
 
-/// The kernels of this CPU.
+/// Returns the kernels of this CPU.
 fn kernels() -> &'static Kernels {
     match level() {
         Level::Portable => &PORTABLE,
@@ -220,8 +224,8 @@ fn kernels() -> &'static Kernels {
     }
 }
 
-/// The kernels for what is left of a row that fills half a vector: as many products, twice as fast where
-/// a wide vector counts as two narrow ones.
+/// Returns the kernels for what is left of a row that fills half a vector: as many products, twice as fast where a
+/// wide vector counts as two narrow ones.
 fn narrow() -> &'static Kernels {
     match level() {
         #[cfg(target_arch = "x86_64")]
@@ -242,22 +246,22 @@ pub(crate) struct ColumnBlock {
 }
 
 impl ColumnBlock {
-    /// Number of columns.
+    /// Returns the number of columns.
     pub fn width(&self) -> usize {
         (self.vectors - 1) * self.kernels.lanes + self.last
     }
 
-    /// The most rows of a block.
+    /// Returns the most rows of a block.
     pub fn rows(&self) -> usize {
         self.kernels.rows[self.vectors - 1]
     }
 
-    /// The kernel for `rows` rows.
+    /// Returns the kernel for `rows` rows.
     pub fn kernel(&self, rows: usize) -> BlockKernel {
         self.kernels.table[self.vectors - 1][rows - 1]
     }
 
-    /// The same kernel with what frozen networks do to the outputs before they store them.
+    /// Returns the same kernel with what frozen networks do to the outputs before they store them.
     pub fn frozen(&self, rows: usize) -> BlockKernel {
         self.kernels.frozen[self.vectors - 1][rows - 1]
     }
@@ -284,12 +288,12 @@ pub(crate) fn columns(width: usize) -> impl Iterator<Item = ColumnBlock> {
     })
 }
 
-/// The most rows that a block of two vectors holds.
+/// Returns the most rows that a block of two vectors holds.
 pub(crate) fn wide_rows() -> usize {
     kernels().rows[1]
 }
 
-/// The largest block of at most `most` rows that cuts `rows` into equal pieces (give or take one).
+/// Returns the rows of the largest block, at most `most`, that cuts `rows` into equal pieces (give or take one).
 pub(crate) fn even(rows: usize, most: usize) -> usize {
     rows.div_ceil(rows.div_ceil(most).max(1)).max(1)
 }

@@ -31,12 +31,12 @@ pub struct AffineView<'a> {
 }
 
 impl AffineView<'_> {
-    /// Whether values are seen as they are stored.
+    /// Checks whether values are seen as they are stored.
     pub fn is_plain(&self) -> bool {
         self.affine.is_none() && self.rectifier == Rectifier::None
     }
 
-    /// `x` as it is seen: itself where the view is plain, else in `scratch`.
+    /// Returns `x` as it is seen: itself where the view is plain, else in `scratch`.
     pub fn seen<'b>(&self, channels: usize, x: &'b [f32], scratch: &'b mut [f32]) -> &'b [f32] {
         if self.is_plain() {
             return x;
@@ -47,7 +47,7 @@ impl AffineView<'_> {
         scratch
     }
 
-    /// `y = view(x)`.
+    /// Computes `y = view(x)`.
     pub fn apply(&self, channels: usize, x: &[f32], y: &mut [f32]) {
         whole_rows("a view's input", x.len(), channels);
         exactly("a view's output", y.len(), x.len());
@@ -74,6 +74,8 @@ at_level! {
     ) = affine_at
 }
 
+/// Computes `y = rectifier(scale · x + shift)` with vectors of `S`.
+///
 /// # Safety
 /// The CPU has the features of `S`.
 #[inline(always)]
@@ -104,7 +106,7 @@ unsafe fn affine_at<S: Simd>(
     }
 }
 
-/// `v` as a rectifier leaves it.
+/// Returns `v` as a rectifier leaves it.
 ///
 /// # Safety
 /// The CPU has the features of `S`.
@@ -120,7 +122,7 @@ pub(crate) unsafe fn rectify<S: Simd>(rectifier: Rectifier, v: S::V) -> S::V {
     }
 }
 
-/// The gradient `dy` of rectified values where the value before, `v`, lets it pass, else 0.
+/// Returns the gradient `dy` of rectified values where the value before, `v`, lets it pass, else 0.
 ///
 /// # Safety
 /// The CPU has the features of `S`.

@@ -19,7 +19,7 @@ pub struct Window3 {
 }
 
 impl Window3 {
-    /// A window over the last one to three axes, by axis.
+    /// Makes a window over the last one to three axes, by axis.
     pub fn over(
         input: &[usize],
         output: &[usize],
@@ -36,39 +36,39 @@ impl Window3 {
         }
     }
 
-    /// Input positions.
+    /// Returns the number of input positions.
     pub fn input_len(&self) -> usize {
         self.input.iter().product()
     }
 
-    /// Window positions.
+    /// Returns the number of window positions.
     pub fn output_len(&self) -> usize {
         self.output.iter().product()
     }
 
-    /// Values under one window.
+    /// Returns the number of values under one window.
     pub fn volume(&self) -> usize {
         self.kernel.iter().product()
     }
 
-    /// Whether every window is one value and every value has its window.
+    /// Checks whether every window is one value and every value has its window.
     pub fn is_identity(&self) -> bool {
         self.kernel == [1; 3] && self.stride == [1; 3] && self.before == [0; 3] && self.input == self.output
     }
 
-    /// The (depth, row, column) of window position `at`.
+    /// Returns the (depth, row, column) of window position `at`.
     pub(crate) fn unravel(&self, at: usize) -> [usize; 3] {
         let [_, rows, columns] = self.output;
         [at / (rows * columns), at / columns % rows, at % columns]
     }
 
-    /// Along `axis`, the kernel offsets at output position `out` that fall inside the input, and the
-    /// input position of the first of them.
+    /// Returns the kernel offsets along `axis` at output position `out` that fall inside the input, and the input
+    /// position of the first of them.
     pub(crate) fn inside(&self, axis: usize, out: usize) -> (std::ops::Range<usize>, usize) {
         self.inside_dilated(axis, out, 1)
     }
 
-    /// The same for a kernel whose values meet inputs `dilation` apart.
+    /// Returns the same as [`Window3::inside`] for a kernel whose values meet inputs `dilation` apart.
     pub(crate) fn inside_dilated(
         &self,
         axis: usize,
@@ -83,7 +83,7 @@ impl Window3 {
         (low..high, (start + low * dilation).saturating_sub(before[axis]))
     }
 
-    /// Along `axis`, the values under the window at output position `out` that lie inside the input or its
+    /// Returns how many values along `axis`, under the window at output position `out`, lie inside the input or its
     /// `counted` padding (before, after); at least 1.
     pub(crate) fn counted(&self, axis: usize, out: usize, counted: (usize, usize)) -> usize {
         // In coordinates that start at the first padded position.
@@ -94,7 +94,7 @@ impl Window3 {
     }
 }
 
-/// Values of one to three axes as those of three; the missing first ones are `rest`.
+/// Returns values of one to three axes as those of three; the missing first ones are `rest`.
 pub fn axes3<T: Copy>(values: &[T], rest: T) -> [T; 3] {
     let mut all = [rest; 3];
     all[3 - values.len()..].copy_from_slice(values);

@@ -220,7 +220,7 @@ impl From<taxel_data::Error> for Error {
 }
 
 impl Error {
-    /// Whether it is a training that left the finite numbers: other trainings may go on.
+    /// Checks whether the error is a training that left the finite numbers: other trainings may go on.
     pub fn is_divergence(&self) -> bool {
         matches!(self, Error::Diverged { .. } | Error::NothingChosen { .. })
     }

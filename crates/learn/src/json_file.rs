@@ -9,7 +9,8 @@ use taxel_base::files::write_whole;
 
 use crate::error::{Error, Result};
 
-/// Whether a value goes without saying: it is left out of files, which then say what they always said.
+/// Checks whether a value is the default, which goes without saying: it is left out of files, which then say what
+/// they always said.
 pub(crate) fn is_default<T: Default + PartialEq>(value: &T) -> bool {
     *value == T::default()
 }
@@ -30,7 +31,7 @@ pub(crate) fn write_json<T: Serialize + DeserializeOwned>(path: &Path, value: &T
     serde_json::from_str(&text).map_err(damaged)
 }
 
-/// `None` where there is no such file.
+/// Reads a JSON file; `None` where there is no such file.
 pub(crate) fn read_json<T: DeserializeOwned>(path: &Path) -> Result<Option<T>> {
     let text = match fs::read_to_string(path) {
         Ok(text) => text,

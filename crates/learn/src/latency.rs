@@ -31,7 +31,7 @@ pub struct Stopwatch {
 }
 
 impl Latency {
-    /// Of times in ms.
+    /// Computes the latency from times in ms.
     pub fn of(mut times: Vec<f64>) -> Self {
         times.sort_by(f64::total_cmp);
         let runs = times.len();

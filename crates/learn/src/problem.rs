@@ -2,7 +2,7 @@
 
 pub use taxel_base::problem::{Check, Problem, require, share, within};
 
-/// Names the key of a table of training faults that is refused.
+/// Turns the refusal of training faults into a problem of the key that is refused in their table.
 pub(crate) fn fault_problem(error: taxel_faults::Error) -> Problem {
     match error {
         taxel_faults::Error::Parameter { name, value, expected } => {

@@ -5,15 +5,15 @@ use crate::run::records::FoldKey;
 /// Hears how a run gets on. Work is counted in multiply-accumulates, so that a bar over networks of
 /// different size moves evenly.
 pub trait Progress {
-    /// The run begins with `work` to do.
+    /// Reports that the run begins with `work` to do.
     fn start(&self, work: u64);
-    /// Fold `key` begins, number `number` (from 1) of `total`.
+    /// Reports that fold `key` begins, number `number` (from 1) of `total`.
     fn fold(&self, key: &FoldKey, number: usize, total: usize);
-    /// A piece of work is done.
+    /// Reports that a piece of `work` is done.
     fn step(&self, work: u64);
-    /// The run has ended, for good or bad.
+    /// Reports that the run has ended, for good or bad.
     fn finish(&self);
-    /// Something that a user should know at once.
+    /// Reports something that a user should know at once.
     fn say(&self, _line: &str) {}
 }
 

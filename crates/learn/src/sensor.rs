@@ -13,7 +13,8 @@ pub struct SensorFacts {
     pub from_samples: bool,
 }
 
-/// Axes, range and rest values of the readings; what nobody says is taken from the samples in `rows`.
+/// Returns the axes, range and rest values of the samples. Values that nobody says are taken from the samples in
+/// `rows`. The range reaches from their smallest value, or 0, to the full scale, or to a larger value among them.
 pub fn sensor(dataset: &Dataset, rows: &[usize]) -> SensorFacts {
     let spec = &dataset.spec;
     let (mut low, mut most) = (0.0f32, f32::NEG_INFINITY);

@@ -24,7 +24,7 @@ pub struct ResultsTable {
 }
 
 impl ResultsTable {
-    /// The table of a run folder.
+    /// Makes the table of a run folder.
     ///
     /// # Errors
     /// A damaged file in it.
@@ -36,7 +36,7 @@ impl ResultsTable {
         Ok(Self::new(&folder.results()?, latency))
     }
 
-    /// The table of `results`, with the latency of each network where it was measured.
+    /// Makes the table of `results`, with the latency of each network where it was measured.
     pub fn new(results: &Results, latency: impl Fn(&str) -> Option<Latency>) -> Self {
         let latencies: Vec<Option<Latency>> = results.networks.iter().map(|n| latency(&n.network)).collect();
         let networks: Vec<Value> = results
@@ -62,12 +62,12 @@ impl ResultsTable {
         ResultsTable { caption: caption(results), grid: grid(results, &latencies), json }
     }
 
-    /// The same numbers as one JSON object.
+    /// Returns the same numbers as one JSON object.
     pub fn json(&self) -> &Value {
         &self.json
     }
 
-    /// The table in Markdown, with its caption above.
+    /// Returns the table in Markdown, with its caption above.
     pub fn markdown(&self) -> String {
         format!("{}\n\n{}", self.caption.join("  \n"), self.grid.markdown())
     }
@@ -82,7 +82,7 @@ impl fmt::Display for ResultsTable {
     }
 }
 
-/// One row per network, names to the left and numbers to the right.
+/// Makes one row per network, names to the left and numbers to the right.
 fn grid(results: &Results, latencies: &[Option<Latency>]) -> Grid {
     let mut grid = Grid::new().left("network");
     let shown: Vec<&Metric> = metrics(&results.task).iter().filter(|metric| metric.is_shown).collect();
@@ -194,7 +194,7 @@ fn caption(results: &Results) -> Vec<String> {
 }
 
 impl Results {
-    /// `wild in 3 folds`: the networks of which some training diverged.
+    /// Lists the networks of which some training diverged, as `wild in 3 folds`; `None` where there are none.
     pub fn diverged_words(&self) -> Option<String> {
         let diverged = self.networks.iter().filter(|network| network.diverged > 0);
         let words: Vec<String> = diverged.map(|n| format!("{} in {} folds", n.network, n.diverged)).collect();

@@ -98,7 +98,7 @@ impl Architecture for MultiscaleConfig {
     }
 }
 
-/// Eq. 5 up to the activation: the pooled input beside two convolutions of it.
+/// Applies eq. 5 up to the activation: the pooled input beside two convolutions of it.
 fn block(net: &Network, x: &Flow, name: &str, multi: usize) -> Flow {
     let scale = |part: &str, k: &str, filters: usize| {
         x.conv(&format!("{name}.{part}.conv"), Conv::new(filters, 3).pad(1))

@@ -57,6 +57,8 @@ impl MessageKind {
     }
 }
 
+/// Checks that the bytes hold a model, and that its messages would not become too large.
+///
 /// # Errors
 /// Why the bytes are no model, or one that is too large.
 pub fn check(bytes: &[u8]) -> Result<(), String> {
@@ -64,7 +66,7 @@ pub fn check(bytes: &[u8]) -> Result<(), String> {
     walk(MessageKind::Model, bytes, &mut left)
 }
 
-/// Messages nest as deep as the kinds do.
+/// Walks the fields of a message; messages nest as deep as the kinds do.
 fn walk(kind: MessageKind, mut bytes: &[u8], left: &mut usize) -> Result<(), String> {
     let cut = || "a field is longer than the file".to_string();
     while !bytes.is_empty() {
@@ -98,7 +100,7 @@ fn walk(kind: MessageKind, mut bytes: &[u8], left: &mut usize) -> Result<(), Str
     Ok(())
 }
 
-/// A number in protobuf's variable length.
+/// Reads a number in protobuf's variable length.
 fn varint(bytes: &mut &[u8]) -> Option<u64> {
     let mut value = 0;
     for shift in (0..64).step_by(7) {

@@ -49,7 +49,7 @@ pub struct DilatedResNetConfig {
 }
 
 impl Default for DilatedResNetConfig {
-    /// For the quantile code of five sensors with 50 samples in time.
+    /// Returns the configuration for the quantile code of five sensors with 50 samples in time.
     fn default() -> Self {
         DILATED_RESNET.config
     }
@@ -66,6 +66,8 @@ impl Architecture for DilatedResNetConfig {
     }
 }
 
+/// Checks the sizes.
+///
 /// # Errors
 /// The first of `classes`, `in_channels`, `length`, `width` and `blocks` outside its range.
 pub(crate) fn check([classes, in_channels, length, width]: [usize; 4], blocks: usize) -> Result<()> {
@@ -82,7 +84,7 @@ pub(crate) fn check([classes, in_channels, length, width]: [usize; 4], blocks: u
     Ok(())
 }
 
-/// From `signal` [in_channels, length] to logits.
+/// Applies everything from `signal` [in_channels, length] to logits.
 pub(crate) fn logits(
     net: &Network,
     signal: &Flow,

@@ -57,7 +57,8 @@ pub struct DilatedResNetRocketConfig {
 }
 
 impl Default for DilatedResNetRocketConfig {
-    /// For the quantile code of five sensors with 50 samples in time, and the features that `encoding.rocket` makes.
+    /// Returns the configuration for the quantile code of five sensors with 50 samples in time, and the features that
+    /// `encoding.rocket` makes.
     fn default() -> Self {
         DILATED_RESNET_ROCKET.config
     }

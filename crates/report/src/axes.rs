@@ -101,7 +101,7 @@ impl PlotFrame {
         }
     }
 
-    /// Marks and numbers at `values` of the x axis.
+    /// Draws marks and numbers at `values` of the x axis.
     pub fn draw_x(&self, canvas: &mut Canvas, values: &[f64], name: impl Fn(f64) -> String) {
         let (bottom, _) = self.y.ends();
         let (left, right) = self.x.ends();

@@ -53,12 +53,12 @@ pub fn tenth(value: f64) -> String {
     }
 }
 
-/// Words intervals behind their numbers: ` (1.0 to 3.2)`.
+/// Puts intervals into words behind their numbers: ` (1.0 to 3.2)`.
 pub fn between(show: fn(f64) -> String) -> impl Fn([f64; 2]) -> String + Copy {
     move |[low, high]| format!(" ({} to {})", show(low), show(high))
 }
 
-/// Words intervals behind their numbers: ` [1.0, 3.2]`.
+/// Puts intervals into words behind their numbers: ` [1.0, 3.2]`.
 pub fn in_brackets(show: fn(f64) -> String) -> impl Fn([f64; 2]) -> String + Copy {
     move |[low, high]| format!(" [{}, {}]", show(low), show(high))
 }

@@ -93,7 +93,7 @@ pub fn variables(dark: bool) -> String {
 mod tests {
     use super::*;
 
-    /// Relative luminance (WCAG 2.2).
+    /// Computes the relative luminance (WCAG 2.2).
     fn luminance(hex: &str) -> f64 {
         let part = |i: usize| {
             let value = f64::from(u8::from_str_radix(&hex[i..i + 2], 16).unwrap()) / 255.0;

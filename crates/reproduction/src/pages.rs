@@ -29,7 +29,7 @@ pub struct Pages {
 }
 
 impl Pages {
-    /// Names the folder of the pages.
+    /// Opens the folder of the pages.
     ///
     /// # Errors
     /// No such folder.

@@ -56,7 +56,7 @@ impl Bands {
         Bands { list, place: band(under(most).min(input[1])) }
     }
 
-    /// Values of scratch that [`Bands::run`] needs.
+    /// Returns the number of values of scratch that [`Bands::run`] needs.
     pub fn work_len(&self) -> usize {
         self.place.buffer_len()
     }

@@ -29,7 +29,7 @@ pub(crate) enum ByteKernel {
 type ValuePlace = (ImagePlace, Option<ByteScale>);
 
 impl ByteKernel {
-    /// The kernel of a step at least one of whose values is bytes.
+    /// Makes the kernel of a step at least one of whose values is bytes.
     pub fn new(work: StepOp, from: &[ValuePlace], to: ValuePlace) -> Self {
         let output = to.1.map_or(ByteOutput::Floats, ByteOutput::Bytes);
         match work {
@@ -107,7 +107,7 @@ impl ByteKernel {
     }
 }
 
-/// How the bytes of a value are written that the quantisation has made bytes.
+/// Returns how the bytes of a value are written that the quantisation has made bytes.
 fn written(value: ValuePlace) -> ByteScale {
     #[expect(clippy::expect_used, reason = "the quantisation gives these steps bytes")]
     value.1.expect("a value in bytes")
@@ -121,8 +121,8 @@ struct Whole {
 }
 
 impl Whole {
-    /// Each filter in units of its own, symmetric around 0; `weight` lies as group × … × filters of the group. A unit is
-    /// so large that the bias stays below `limit`.
+    /// Rounds each filter in units of its own, symmetric around 0; `weight` lies as group × … × filters of the group.
+    /// A unit is so large that the bias is at most `limit`.
     fn new(weight: &[f32], bias: &[f32], groups: usize, input: ByteScale, limit: f64) -> Self {
         let filters = bias.len() / groups;
         let of_group = weight.len() / groups;

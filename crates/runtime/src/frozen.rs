@@ -81,7 +81,7 @@ impl Frozen {
         Ok(Self::of(graph, steps, &outputs))
     }
 
-    /// In floats, by the steps that [`Frozen::quantized`] takes.
+    /// Freezes `graph` in floats, by the steps that [`Frozen::quantized`] takes.
     pub(crate) fn observed(graph: &Graph, weights: &Weights) -> Result<Self> {
         weights.check(graph)?;
         let (steps, outputs) = lower(graph, weights, Purpose::Bytes);
@@ -108,13 +108,13 @@ impl Frozen {
         }
     }
 
-    /// Memory for one thread that predicts one sample at a time.
+    /// Makes the memory for one thread that predicts one sample at a time.
     pub fn workspace(&self) -> Workspace {
         self.workspace_for(1)
     }
 
-    /// Memory for one thread that predicts up to `batch` samples at a time: of large weights several samples share
-    /// what is read.
+    /// Makes the memory for one thread that predicts up to `batch` samples at a time: of large weights several
+    /// samples share what is read.
     pub fn workspace_for(&self, batch: usize) -> Workspace {
         let ScratchLens { input, output, work } = self.shared.scratch;
         let zeros = Buffer::zeros;
@@ -126,7 +126,8 @@ impl Frozen {
         }
     }
 
-    /// As [`Frozen::predict`]; `see` is told of every node whose value is computed: its name, place and memory.
+    /// Predicts as [`Frozen::predict`] and tells `see` of every node whose value is computed: its name, place and
+    /// memory.
     pub(crate) fn show(
         &self,
         workspace: &mut Workspace,
@@ -143,12 +144,12 @@ impl Frozen {
         Ok(())
     }
 
-    /// Values of the first output.
+    /// Returns the number of values of the first output.
     pub fn logits(&self) -> usize {
         self.shared.outputs[0].place.channels
     }
 
-    /// Logits (one per class) of one sample: the first output; [`Workspace::outputs`] gives all.
+    /// Returns the logits (one per class) of one sample: the first output; [`Workspace::outputs`] gives all.
     ///
     /// `inputs` are the graph's inputs in order, each in PyTorch's axis order, row-major.
     ///
@@ -160,8 +161,8 @@ impl Frozen {
         Ok(workspace.output(0, &self.shared.outputs[0]))
     }
 
-    /// [`Frozen::predict`] to samples one after the other: `inputs` are [n, …], `logits` [n, [`Frozen::logits`]]. An
-    /// prediction does not depend on its neighbours.
+    /// Applies [`Frozen::predict`] to samples one after the other: `inputs` are [n, …], `logits` [n,
+    /// [`Frozen::logits`]]. A prediction does not depend on its neighbours.
     ///
     /// # Errors
     /// As [`Frozen::predict`], or logits that are no whole samples.
@@ -215,7 +216,7 @@ impl FrozenNetwork {
 }
 
 impl Workspace {
-    /// Answers `count` samples from number `first` on: all go through one call, then through the next.
+    /// Predicts `count` samples from number `first` on: all go through one call, then through the next.
     fn run(&mut self, inputs: &[&[f32]], first: usize, count: usize) {
         let Workspace { shared, samples, scratch } = self;
         for call in &shared.calls {
@@ -233,13 +234,13 @@ impl Workspace {
         &self.samples[sample][output.buffer].floats()[output.place.start..][..output.place.channels]
     }
 
-    /// Names and values of all outputs of the last prediction, in the graph's order, PyTorch's axis order.
+    /// Returns names and values of all outputs of the last prediction, in the graph's order, PyTorch's axis order.
     pub fn outputs(&self) -> impl Iterator<Item = (&str, &[f32])> {
         self.shared.outputs.iter().map(|output| (output.name.as_str(), self.output(0, output)))
     }
 }
 
-/// One call on the values of one sample.
+/// Runs one call on the values of one sample.
 fn step(call: &Call, given: CallInputs, buffers: &mut [ProgramBuffer], scratch: &mut Scratch) {
     let (to, _) = call.to;
     // Nothing is written where it is read, so the output's buffer can be taken out.

@@ -17,7 +17,7 @@ pub(crate) enum Purpose {
     Bytes,
 }
 
-/// The steps of a graph, and the steps of its outputs. `weights` have been checked against it.
+/// Returns the steps of a graph, and the steps of its outputs. `weights` have been checked against it.
 pub(crate) fn lower(graph: &Graph, weights: &Weights, purpose: Purpose) -> (Vec<FrozenStep>, Vec<StepId>) {
     let mut uses = vec![0; graph.nodes().len()];
     graph.nodes().iter().flat_map(|node| &node.inputs).for_each(|&input| uses[input] += 1);
@@ -146,7 +146,7 @@ impl Lower<'_> {
         NodeValue { step: self.steps.len() - 1, flat: false }
     }
 
-    /// The step that stores a node's value as it is; flattens it where no one has.
+    /// Returns the step that stores a node's value as it is; flattens it where no one has.
     fn stored(&mut self, id: NodeId) -> StepId {
         let NodeValue { step, flat } = self.seen[id];
         if flat {
@@ -156,14 +156,14 @@ impl Lower<'_> {
         self.seen[id].step
     }
 
-    /// A value with channels first, as features.
+    /// Adds the step that stores a value with channels first, as features.
     fn flatten(&mut self, step: StepId) -> StepId {
         let shape = ValueShape::features(self.steps[step].shape.len());
         self.steps.push(FrozenStep::new(StepOp::Flatten, vec![step], shape));
         self.steps.len() - 1
     }
 
-    /// The step that stores a node's value in the order in which callers read it.
+    /// Returns the step that stores a node's value in the order in which callers read it.
     fn output(&mut self, id: NodeId) -> StepId {
         let step = self.stored(id);
         if self.steps[step].shape.size == [1; 3] { step } else { self.flatten(step) }
@@ -197,12 +197,12 @@ impl Lower<'_> {
         self.push(StepOp::Conv(conv), vec![input], node)
     }
 
-    /// Whether nobody but one reader sees the value of `id` as its step stores it.
+    /// Checks whether nobody but one reader sees the value of `id` as its step stores it.
     fn is_private(&self, id: NodeId) -> bool {
         self.uses[id] == 1 && !self.seen[id].flat
     }
 
-    /// Scale and shift per channel, folded into what comes before where nobody else sees that.
+    /// Adds scale and shift per channel, or folds them into what comes before where nobody else sees that.
     fn affine(&mut self, node: &Node, norm: &[(f64, f64)]) -> NodeValue {
         let id = node.inputs[0];
         let seen = self.seen[id];
@@ -227,7 +227,7 @@ impl Lower<'_> {
         self.push(StepOp::Affine { scale: Some(scale), rectifier: Rectifier::None }, vec![input], node)
     }
 
-    /// A rectifier, left to what comes before where nobody else sees that.
+    /// Adds a rectifier, or leaves it to what comes before where nobody else sees that.
     fn rectify(&mut self, node: &Node, which: Rectifier) -> NodeValue {
         let id = node.inputs[0];
         let seen = self.seen[id];
@@ -242,7 +242,7 @@ impl Lower<'_> {
         self.push(StepOp::Affine { scale: None, rectifier: which }, vec![input], node)
     }
 
-    /// A sum, left to the later of two convolutions where nobody else sees what that stores.
+    /// Adds a sum, or leaves it to the later of two convolutions where nobody else sees what that stores.
     fn add(&mut self, node: &Node) -> NodeValue {
         let inputs: Vec<StepId> = node.inputs.iter().map(|&input| self.stored(input)).collect();
         for (mine, other) in [(0, 1), (1, 0)] {
@@ -276,13 +276,13 @@ impl Lower<'_> {
     }
 }
 
-/// Positions and channels of a node's value.
+/// Returns positions and channels of a node's value.
 fn shape_of(node: &Node) -> ValueShape {
     ValueShape { size: axes3(&node.shape[1..], 1), channels: node.shape[0] }
 }
 
-/// A window over (depth, rows, columns); its outputs are those of a kernel whose values meet inputs `dilation` apart
-/// (empty: neighbours).
+/// Makes a window over (depth, rows, columns); its outputs are those of a kernel whose values meet inputs `dilation`
+/// apart (empty: neighbours).
 fn window3(window: &Window, dilation: &[usize], input: [usize; 3]) -> Window3 {
     let spatial = &input[3 - window.kernel.len()..];
     let before: Vec<usize> = window.padding.iter().map(|p| p.0).collect();

@@ -18,7 +18,7 @@ impl Default for ProgramBuffer {
 }
 
 impl ProgramBuffer {
-    /// A buffer whose margins hold zeros.
+    /// Makes a buffer whose margins hold zeros.
     pub fn new(room: &Room) -> Self {
         match room.zero {
             None => ProgramBuffer::Floats(Buffer::zeros(room.len)),

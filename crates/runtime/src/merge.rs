@@ -45,7 +45,7 @@ fn slice_of_rest(merged: &[FrozenStep], first: StepId) -> FrozenStep {
     FrozenStep::new(StepOp::Slice(channels), vec![whole], shape)
 }
 
-/// Of every step the other convolution that it is computed with.
+/// Returns for every step the other convolution that it is computed with.
 fn partners(steps: &[FrozenStep]) -> Vec<Option<StepId>> {
     let mut partners = vec![None; steps.len()];
     for later in 0..steps.len() {
@@ -67,7 +67,7 @@ fn are_siblings(a: &FrozenStep, b: &FrozenStep) -> bool {
         && a.shape.channels.min(b.shape.channels) <= NARROW
 }
 
-/// A convolution of one group by its definition's products, without an addend.
+/// Returns the convolution of a step if it has one group, the definition's products and no addend.
 fn plain(step: &FrozenStep) -> Option<&Conv> {
     match &step.work {
         StepOp::Conv(conv @ Conv { algorithm: Algorithm::Direct, groups: 1, .. })
@@ -79,7 +79,7 @@ fn plain(step: &FrozenStep) -> Option<&Conv> {
     }
 }
 
-/// Both convolutions as one, filter beside filter.
+/// Joins both convolutions into one, filter beside filter.
 fn join(first: FrozenStep, second: Option<FrozenStep>) -> FrozenStep {
     let Some((StepOp::Conv(a), StepOp::Conv(b))) = second.as_ref().map(|second| (&first.work, &second.work))
     else {

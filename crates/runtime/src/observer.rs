@@ -15,7 +15,7 @@ pub struct Observer {
 }
 
 impl Observer {
-    /// An observer that has seen nothing.
+    /// Makes an observer that has seen nothing.
     ///
     /// # Errors
     /// Weights that do not fit the graph.

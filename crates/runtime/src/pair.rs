@@ -5,8 +5,8 @@ use crate::step::{Algorithm, Conv, FrozenStep, Pair, StepId, StepOp};
 /// Bytes of values that are worth it: more than stays in the cache until it is read.
 const LARGE: usize = 512 << 10;
 
-/// Pairs of steps as one. Gives the new steps, and the new number of every old one but the first of a pair: that number
-/// stays 0, and nobody reads it.
+/// Joins pairs of steps into one. Gives the new steps, and the new number of every old one but the first of a pair:
+/// that number stays 0, and nobody reads it.
 pub(crate) fn pair(steps: Vec<FrozenStep>, outputs: &[StepId]) -> (Vec<FrozenStep>, Vec<StepId>) {
     let mut readers = vec![0; steps.len()];
     steps.iter().flat_map(|step| &step.inputs).for_each(|&input| readers[input] += 1);
@@ -33,7 +33,8 @@ pub(crate) fn pair(steps: Vec<FrozenStep>, outputs: &[StepId]) -> (Vec<FrozenSte
     (paired, now)
 }
 
-/// A depthwise convolution of an image into an image, every row of which sees some of the image.
+/// Checks whether a step is a depthwise convolution of an image into an image, every row of which sees some of the
+/// image.
 fn has_rows(step: &FrozenStep) -> bool {
     let StepOp::Conv(Conv { algorithm: Algorithm::Depthwise, window, dilation, .. }) = &step.work else {
         return false;

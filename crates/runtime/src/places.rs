@@ -84,7 +84,7 @@ fn spots(steps: &[FrozenStep]) -> Vec<Spot> {
     }
 }
 
-/// The step that computes what slices take.
+/// Returns the step that computes what slices take.
 fn owner(steps: &[FrozenStep], mut id: StepId) -> StepId {
     while let StepOp::Slice(_) = steps[id].work {
         id = steps[id].inputs[0];
@@ -92,7 +92,7 @@ fn owner(steps: &[FrozenStep], mut id: StepId) -> StepId {
     id
 }
 
-/// Where input `which` of a concatenation belongs.
+/// Returns where input `which` of a concatenation belongs.
 fn part(steps: &[FrozenStep], spots: &[Spot], concat: StepId, which: usize) -> Spot {
     let before: usize = steps[concat].inputs[..which].iter().map(|&input| steps[input].shape.channels).sum();
     Spot { first: spots[concat].first + before, ..spots[concat] }
@@ -134,7 +134,7 @@ fn join(steps: &[FrozenStep], separate: &HashSet<StepId>) -> Vec<Spot> {
     spots
 }
 
-/// Buffers of the roots, and their lengths.
+/// Returns the buffers of the roots, and their lengths.
 fn share(
     steps: &[FrozenStep],
     outputs: &[StepId],

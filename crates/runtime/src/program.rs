@@ -85,7 +85,7 @@ pub(crate) struct Winograd {
     rectifier: Rectifier,
 }
 
-/// All calls in order.
+/// Returns all calls in order, and the lengths of their scratch.
 pub(crate) fn program(steps: Vec<FrozenStep>, places: &ValuePlaces) -> (Vec<Call>, ScratchLens) {
     let (mut calls, mut scratch) = (vec![], ScratchLens::default());
     let scales: Vec<Option<ByteScale>> = steps.iter().map(|step| step.scale).collect();
@@ -119,7 +119,7 @@ pub(crate) fn program(steps: Vec<FrozenStep>, places: &ValuePlaces) -> (Vec<Call
     (calls, scratch)
 }
 
-/// Copies of those parts of a concatenation that do not lie there already.
+/// Returns the copies of those parts of a concatenation that do not lie there already.
 fn moves(
     from: &[(usize, ImagePlace)],
     (buffer, whole): (usize, ImagePlace),
@@ -211,7 +211,7 @@ fn convolution(
     }
 }
 
-/// `x` without margins and other channels: itself where it has none, else in `scratch`.
+/// Returns `x` without margins and other channels: itself where it has none, else in `scratch`.
 fn dense<'a>(place: &ImagePlace, x: &'a [f32], scratch: &'a mut [f32]) -> &'a [f32] {
     if place.is_dense() {
         return &x[..place.len()];
@@ -232,7 +232,8 @@ fn staged(to: &ImagePlace, y: &mut [f32], scratch: &mut [f32], make: impl FnOnce
 }
 
 impl Call {
-    /// Parts that `samples` go through one after the other, so that they share what is read of large weights.
+    /// Returns the number of parts that `samples` go through one after the other, so that they share what is read of
+    /// large weights.
     pub fn parts(&self, samples: usize) -> usize {
         match &self.kernel {
             // Inputs that have to be gathered first would be gathered for every part.
@@ -348,7 +349,7 @@ impl Call {
     }
 }
 
-/// A function of one value.
+/// Applies a function of one value.
 fn apply(function: Activation, x: &[f32], y: &mut [f32]) {
     match function {
         Activation::Relu6 => activation::relu6(x, y),
@@ -359,7 +360,7 @@ fn apply(function: Activation, x: &[f32], y: &mut [f32]) {
     }
 }
 
-/// Whether every channel has one value at all positions. NaN is not constant.
+/// Checks whether every channel has one value at all positions. NaN is not constant.
 fn is_constant(x: &[f32], channels: usize) -> bool {
     let first = &x[..channels];
     x.chunks_exact(channels).all(|row| row.iter().zip(first).all(|(x, first)| x == first))

@@ -10,7 +10,8 @@ use crate::step::{Algorithm, Conv, FrozenStep, StepId, StepOp};
 /// Products in a sum up to which 32 bits hold it, with a bias.
 const DEPTH: usize = 30_000;
 
-/// The steps with scales, and with steps between floats and bytes where both are needed; and those of the outputs.
+/// Returns the steps with scales, and with steps between floats and bytes where both are needed; and those of the
+/// outputs.
 pub(crate) fn quantize(
     steps: Vec<FrozenStep>,
     outputs: &[StepId],
@@ -29,7 +30,7 @@ pub(crate) fn quantize(
     (plan.steps, outputs)
 }
 
-/// The scale of every value that becomes bytes.
+/// Returns the scale of every value that becomes bytes.
 fn scales(steps: &[FrozenStep], ranges: &Ranges) -> Vec<Option<ByteScale>> {
     let classes = classes(steps);
     let mut seen: Vec<Option<[f32; 2]>> = vec![None; steps.len()];
@@ -68,7 +69,7 @@ fn scales(steps: &[FrozenStep], ranges: &Ranges) -> Vec<Option<ByteScale>> {
     classes.iter().map(scale).collect()
 }
 
-/// Whether no sum can overflow.
+/// Checks whether no sum can overflow.
 fn fits(conv: &Conv) -> bool {
     let depth = conv.weight.len() / conv.bias.len().max(1);
     match conv.algorithm {
@@ -78,7 +79,8 @@ fn fits(conv: &Conv) -> bool {
     }
 }
 
-/// Of every value the first one that it shares its scale with: values that are parts of each other or only moved.
+/// Returns for every value the first one that it shares its scale with: values that are parts of each other or only
+/// moved.
 fn classes(steps: &[FrozenStep]) -> Vec<StepId> {
     let mut class: Vec<StepId> = (0..steps.len()).collect();
     for (id, step) in steps.iter().enumerate() {
@@ -150,7 +152,7 @@ impl QuantizedSteps {
         self.now.push(id);
     }
 
-    /// The same value, written otherwise.
+    /// Adds a step that stores the same value, written otherwise.
     fn convert(&mut self, id: StepId, scale: Option<ByteScale>) -> StepId {
         let work = StepOp::Affine { scale: None, rectifier: Rectifier::None };
         let step = FrozenStep::new(work, vec![id], self.steps[id].shape);

@@ -111,7 +111,7 @@ pub(crate) enum StepOp {
 }
 
 impl StepOp {
-    /// Columns of zeros that a reader needs before and after the rows of its first input.
+    /// Returns the number of columns of zeros that a reader needs before and after the rows of its first input.
     pub fn margin(&self) -> [usize; 2] {
         match self {
             StepOp::Conv(Conv {
@@ -124,7 +124,7 @@ impl StepOp {
         }
     }
 
-    /// Whether inputs have to fill their buffers.
+    /// Checks whether inputs have to fill their buffers.
     pub fn needs_dense(&self) -> bool {
         match self {
             StepOp::Conv(conv) => matches!(conv.algorithm, Algorithm::Winograd(_)),
@@ -137,12 +137,12 @@ impl StepOp {
         }
     }
 
-    /// Whether the output has to fill its buffer.
+    /// Checks whether the output has to fill its buffer.
     pub fn makes_dense(&self) -> bool {
         matches!(self, StepOp::Activation(_) | StepOp::Shuffle(_) | StepOp::Flatten | StepOp::Switch)
     }
 
-    /// Where rectified values could come out at once.
+    /// Returns the rectifier of a step whose values could come out rectified at once.
     pub fn rectifier(&mut self) -> Option<&mut Rectifier> {
         match self {
             StepOp::Conv(Conv { rectifier, .. })
@@ -166,12 +166,12 @@ pub(crate) struct FrozenStep {
 }
 
 impl FrozenStep {
-    /// A step without a name, of floats.
+    /// Makes a step without a name, of floats.
     pub fn new(work: StepOp, inputs: Vec<StepId>, shape: ValueShape) -> Self {
         FrozenStep { name: String::new(), work, inputs, shape, scale: None }
     }
 
-    /// The same step where its inputs have the numbers `now`.
+    /// Returns the same step where its inputs have the numbers `now`.
     pub fn renumbered(mut self, now: &[StepId]) -> Self {
         self.inputs.iter_mut().for_each(|input| *input = now[*input]);
         self

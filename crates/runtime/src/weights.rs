@@ -3,14 +3,14 @@
 use taxel_graph::{Node, Weights};
 use taxel_kernels::layout;
 
-/// The values of parameter `which` of `node`; the weights have been checked against the graph.
+/// Returns the values of parameter `which` of `node`; the weights have been checked against the graph.
 pub(crate) fn values<'a>(weights: &'a Weights, node: &Node, which: usize) -> &'a [f32] {
     #[expect(clippy::expect_used, reason = "the weights are checked before they are read")]
     let tensor = weights.get(&node.params[which].name).expect("checked weights have every tensor");
     &tensor.data
 }
 
-/// A convolution's weights: group × kernel × channels in × channels out, depthwise kernel × channels.
+/// Returns a convolution's weights: group × kernel × channels in × channels out, depthwise kernel × channels.
 pub(crate) fn conv(weights: &Weights, node: &Node, groups: usize) -> Vec<f32> {
     let shape = &node.params[0].shape;
     let outer = values(weights, node, 0);
@@ -19,12 +19,12 @@ pub(crate) fn conv(weights: &Weights, node: &Node, groups: usize) -> Vec<f32> {
     inner
 }
 
-/// The bias of `node`, zeros where it has none.
+/// Returns the bias of `node`, zeros where it has none.
 pub(crate) fn bias(weights: &Weights, node: &Node, has: bool, outputs: usize) -> Vec<f32> {
     if has { values(weights, node, 1).to_vec() } else { vec![0.0; outputs] }
 }
 
-/// A linear layer's weights, inputs × outputs. Inputs are `positions` × channels, where PyTorch has them
+/// Returns a linear layer's weights, inputs × outputs. Inputs are `positions` × channels, where PyTorch has them
 /// channels first.
 pub(crate) fn linear(weights: &Weights, node: &Node, positions: usize) -> Vec<f32> {
     let (outputs, inputs) = (node.params[0].shape[0], node.params[0].shape[1]);
@@ -41,7 +41,7 @@ pub(crate) fn linear(weights: &Weights, node: &Node, positions: usize) -> Vec<f3
     inner
 }
 
-/// A batch norm by its running statistics: scale and shift per channel, in double precision.
+/// Returns a batch norm by its running statistics: scale and shift per channel, in double precision.
 pub(crate) fn norm(weights: &Weights, node: &Node, eps: f32) -> Vec<(f64, f64)> {
     let [weight, bias, mean, variance] = [0, 1, 2, 3].map(|which| values(weights, node, which));
     let one = |c: usize| {

@@ -62,7 +62,7 @@ pub struct Fingertip {
 }
 
 impl Default for Fingertip {
-    /// Kaewrakmuk and Srinonchat 2026's three levels, in ten sessions (which the paper does not report).
+    /// Returns Kaewrakmuk and Srinonchat 2026's three levels, in ten sessions (which the paper does not report).
     fn default() -> Self {
         Self { shore: vec![0.0, 10.0, 20.0], between: None, sessions: 10 }
     }
@@ -171,7 +171,7 @@ impl Fingertip {
 }
 
 impl Fingertip {
-    /// Class and Shore A hardness of sample `i`.
+    /// Returns class and Shore A hardness of sample `i`.
     fn hardness(&self, world: &World, i: usize) -> (usize, f32) {
         let Some([least, most]) = self.between else {
             let class = i % self.shore.len();
@@ -226,7 +226,7 @@ fn grasp(world: &World, i: usize, session: usize, turn: usize) -> FingertipGrasp
     FingertipGrasp { shift, tilt, hold_error, start_error, quality }
 }
 
-/// Force of one finger on the object at each reading, N.
+/// Computes the force of one finger on the object at each reading, N.
 fn forces(world: &World, grasp: &FingertipGrasp, finger: usize, modulus: f64) -> [f64; STEPS] {
     let radius = 1.0 / (1.0 / TIP.get() + 1.0 / OBJECT.get());
     let hertz = 4.0 / 3.0 * modulus / (1.0 - POISSON.get().powi(2)) * radius.sqrt();
@@ -278,12 +278,12 @@ fn squeeze(depth: f64, a: f64, b: f64) -> f64 {
     d
 }
 
-/// Young's modulus in MPa of a Shore A hardness (Gent 1958).
+/// Converts a Shore A hardness to Young's modulus in MPa (Gent 1958).
 pub fn young_modulus(shore: f64) -> f64 {
     0.0981 * (56.0 + 7.62336 * shore) / (0.137505 * (254.0 - 2.54 * shore))
 }
 
-/// Noiseless counts of a force in N on the sensor.
+/// Returns the noiseless counts of a force in N on the sensor.
 fn counts(force: f64) -> f64 {
     let ratio = CONDUCTANCE.get() * force.powf(EXPONENT.get()) * RESISTOR.get();
     FULL_SCALE * ratio / (1.0 + ratio)

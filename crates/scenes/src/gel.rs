@@ -156,7 +156,7 @@ impl Gel {
         self.scene(samples, CLOTHS.map(|(name, _)| name.to_string()).to_vec(), &piece, &TRUTH, &one)
     }
 
-    /// The places of a gel of this side, in mm.
+    /// Returns the places of a gel of this side, in mm.
     fn grid(&self, side: f64) -> RayGrid {
         RayGrid { side: self.pixels * FINER, pitch: side / (self.pixels * FINER) as f64 }
     }
@@ -211,7 +211,7 @@ fn press(world: &World, i: usize) -> Press {
     Press { depth: world.unless("depth", DEPTH.between(share), 1.0), spin: world.unless("spin", spin, 0.0) }
 }
 
-/// How deep an object dents the gel, place by place, in mm.
+/// Computes how deep an object dents the gel, place by place, in mm.
 fn pressed(object: &MeshObject, world: &World, i: usize, press: &Press, grid: RayGrid) -> Result<Vec<f64>> {
     let mut place = world.rng(&format!("{i}/point"));
     // What lies deeper than the gel is pressed in does not touch it; what lies far out is out of reach as in `imprint`.
@@ -224,7 +224,7 @@ fn pressed(object: &MeshObject, world: &World, i: usize, press: &Press, grid: Ra
     Ok(touch.gaps.into_iter().map(dent).collect())
 }
 
-/// How deep a cloth dents the gel, place by place, in mm.
+/// Computes how deep a cloth dents the gel, place by place, in mm.
 fn laid(
     face: fn(f64, f64) -> f64,
     world: &World,
@@ -249,7 +249,7 @@ fn laid(
     heights.into_iter().map(|height| (press.depth - (top - height)).max(0.0)).collect()
 }
 
-/// All parameters, as `taxel simulate gel --explain` prints them.
+/// Lists all parameters, as `taxel simulate gel --explain` prints them.
 pub(crate) fn explain() -> Vec<Effect> {
     rows(parameters::table(), &REMOVABLE)
 }

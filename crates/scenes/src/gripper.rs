@@ -54,7 +54,7 @@ pub struct Gripper {
 }
 
 impl Default for Gripper {
-    /// All objects in five sessions (which the paper does not report).
+    /// Returns all objects in five sessions (which the paper does not report).
     fn default() -> Self {
         Self { objects: None, sessions: 5 }
     }
@@ -163,7 +163,7 @@ impl Gripper {
     }
 }
 
-/// One finger's channels at rest: DC, then AC. Sessions differ by a few bits.
+/// Returns one finger's channels at rest: DC, then AC. Sessions differ by a few bits.
 fn rest() -> Vec<f32> {
     let ac = std::iter::repeat_n(AC_OFFSET.get() as f32, BURST.get() as usize);
     std::iter::once(DC_OFFSET.get() as f32).chain(ac).collect()
@@ -194,7 +194,7 @@ fn grasp(world: &World, i: usize, session: usize, object: &GraspedObject, record
     ]
 }
 
-/// Labels of both attributes: indices into the levels that the chosen objects have.
+/// Returns the labels of both attributes: indices into the levels that the chosen objects have.
 fn attributes(levels: &[Vec<u8>; 2], samples: usize) -> Attributes {
     let present = levels.each_ref().map(|levels| {
         let mut present = levels.clone();

@@ -52,7 +52,7 @@ pub struct Hand {
 }
 
 impl Default for Hand {
-    /// Ten sessions, which the paper does not report.
+    /// Returns ten sessions, which the paper does not report.
     fn default() -> Self {
         Self { sessions: 10 }
     }
@@ -143,13 +143,13 @@ impl HandGrasp {
         vec![self.depth, self.contact, self.hold, self.shift[0], self.shift[1]]
     }
 
-    /// How deep the first touch is pressed in at a time in s, in mm; below 0 before contact.
+    /// Returns how deep the first touch is pressed in at a time in s, in mm; below 0 before contact.
     fn depth_at(&self, time: f64) -> f64 {
         self.depth * ((time - self.contact) / (self.hold - self.contact)).min(1.0)
     }
 }
 
-/// Curvatures of an object on the finger in 1/mm: along, across, and of both together.
+/// Returns the curvatures of an object on the finger in 1/mm: along, across, and of both together.
 fn curvatures(object: usize, turn: f64) -> [f64; 3] {
     let (sin, cos) = turn.sin_cos();
     match OBJECTS[object] {
@@ -186,7 +186,7 @@ fn middle(range: &Parameter) -> f64 {
     (range.value[0] + range.value[1]) / 2.0
 }
 
-/// All parameters, as `taxel simulate hand --explain` prints them.
+/// Lists all parameters, as `taxel simulate hand --explain` prints them.
 pub(crate) fn explain() -> Vec<Effect> {
     rows(table(), &REMOVABLE)
 }

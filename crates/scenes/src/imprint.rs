@@ -203,7 +203,7 @@ impl Imprint {
         Ok(Probe { point: touch.point, normal: touch.normal, spin, lift: touch.lift })
     }
 
-    /// A picture of each sample's object from a random side, and where the camera stood.
+    /// Draws a picture of each sample's object from a random side; returns with them where the camera stood.
     fn pictures(
         &self,
         samples: usize,
@@ -223,7 +223,7 @@ impl Imprint {
     }
 }
 
-/// All parameters, as `taxel simulate imprint --explain` prints them.
+/// Lists all parameters, as `taxel simulate imprint --explain` prints them.
 pub(crate) fn explain() -> Vec<Effect> {
     let default = Imprint::default();
     [effects_of_the_array(&default), effects_of_objects(&default)].concat()

@@ -85,7 +85,7 @@ pub struct Attributes {
 }
 
 impl Scene {
-    /// Range and axes of the readings, as faults need them.
+    /// Returns range and axes of the readings, as faults need them.
     pub fn sensor(&self) -> Sensor {
         Sensor { rest: self.rest.clone(), ..Sensor::new(self.layout, self.full_scale) }
     }
@@ -122,7 +122,7 @@ pub struct Effect {
     pub removable: bool,
 }
 
-/// Names of all scenes.
+/// Lists the names of all scenes.
 pub fn names() -> &'static [&'static str] {
     &[fingertip::NAME, palpation::NAME, gripper::NAME, imprint::NAME, gel::NAME, hand::NAME, vision::NAME]
 }
@@ -162,7 +162,7 @@ pub enum Settings {
 }
 
 impl Settings {
-    /// Settings of the scene `name`, from any format that serde reads.
+    /// Reads the settings of the scene `name`, from any format that serde reads.
     ///
     /// # Errors
     ///
@@ -181,7 +181,7 @@ impl Settings {
         read.map_err(|error| Error::Settings { scene: name.into(), reason: with_meant(&error.to_string()) })
     }
 
-    /// The scene `name` as it is by default.
+    /// Returns the scene `name` as it is by default.
     ///
     /// # Errors
     ///
@@ -237,7 +237,7 @@ pub fn simulate(name: &str, samples: usize, seed: u64, without: &[String]) -> Re
     Settings::of(name)?.simulate(samples, seed, without)
 }
 
-/// All parameters of the scene `name`, effect by effect.
+/// Lists all parameters of the scene `name`, effect by effect.
 ///
 /// # Errors
 ///

@@ -89,7 +89,7 @@ pub struct Palpation {
 }
 
 impl Default for Palpation {
-    /// Pastor et al. 2019 in five sessions (which the paper does not report).
+    /// Returns the scene of Pastor et al. 2019 in five sessions (which the paper does not report).
     fn default() -> Self {
         Self { paper: Paper::Gripper, subset: Subset::All, frames: None, sessions: 5 }
     }
@@ -124,7 +124,7 @@ impl Palpation {
         Ok(())
     }
 
-    /// Frames of one recording.
+    /// Returns the number of frames of one recording.
     pub fn frames(&self) -> usize {
         self.frames.unwrap_or(match self.paper {
             Paper::Manual => 10,
@@ -326,7 +326,7 @@ impl Lab<'_> {
         self.world.unless("session", (GAIN.get() * draw).exp(), 1.0)
     }
 
-    /// Force in N (002), or torque as a share of the largest (003), frame by frame.
+    /// Draws the force in N (002), or the torque as a share of the largest (003), frame by frame.
     fn levels(&self, i: usize, frames: usize) -> Vec<f64> {
         let mut rng = self.world.rng(&format!("{i}/force-steps"));
         let [low, high] = match self.paper {
@@ -359,7 +359,7 @@ impl Lab<'_> {
     }
 }
 
-/// `n` uneven steps from 0 to 1: `n + 1` values.
+/// Draws `n` uneven steps from 0 to 1: `n + 1` values.
 fn steps(n: usize, uneven: f64, rng: &mut Rng) -> Vec<f64> {
     let steps: Vec<f64> = (0..n).map(|_| (uneven * normal(rng)).exp()).collect();
     let sum: f64 = steps.iter().sum();
@@ -372,7 +372,7 @@ fn steps(n: usize, uneven: f64, rng: &mut Rng) -> Vec<f64> {
     values
 }
 
-/// A surface seen by a tilted sensor: distances from its new foremost point.
+/// Tilts the sensor that sees a surface: returns distances from the surface's new foremost point.
 fn tilted(mut gaps: Vec<f32>, tilt: [f64; 2]) -> Vec<f32> {
     for (taxel, gap) in gaps.iter_mut().enumerate() {
         let [x, y] = surface::centre(taxel);
@@ -383,7 +383,7 @@ fn tilted(mut gaps: Vec<f32>, tilt: [f64; 2]) -> Vec<f32> {
     gaps
 }
 
-/// The converter: whole counts, nothing below the threshold, nothing above full scale.
+/// Converts as the converter does: whole counts, nothing below the threshold, nothing above full scale.
 fn counts(value: f32) -> f32 {
     let counts = value.round();
     if counts < THRESHOLD.get() as f32 { 0.0 } else { counts.min(LEVELS.get() as f32) }

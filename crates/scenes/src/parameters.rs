@@ -18,17 +18,17 @@ pub(crate) struct Parameter {
 }
 
 impl Parameter {
-    /// The only value, or the first.
+    /// Returns the only value, or the first.
     pub(crate) fn get(&self) -> f64 {
         self.value[0]
     }
 
-    /// So far from the lowest to the highest value, a share in 0..1.
+    /// Returns the value so far from the lowest to the highest, a share in 0..1.
     pub(crate) fn between(&self, share: f64) -> f64 {
         self.value[0] + (self.value[1] - self.value[0]) * share
     }
 
-    /// Likewise, with equal steps of the logarithm.
+    /// Returns the value likewise, with equal steps of the logarithm.
     pub(crate) fn log_between(&self, share: f64) -> f64 {
         self.value[0] * (self.value[1] / self.value[0]).powf(share)
     }
@@ -48,7 +48,7 @@ macro_rules! parameters {
 }
 pub(crate) use parameters;
 
-/// The table as [`explain`](crate::explain) gives it.
+/// Returns the table as [`explain`](crate::explain) gives it.
 pub(crate) fn rows(table: &[Parameter], removable: &[&str]) -> Vec<Effect> {
     let row = |p: &Parameter| Effect {
         name: p.effect.into(),

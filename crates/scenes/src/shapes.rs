@@ -28,8 +28,8 @@ pub(crate) struct MeshObject {
     pub mesh: Mesh,
 }
 
-/// Class names and all objects, class by class: those of a `folder` (OBJ, STL, OFF; one sub-folder per class, or
-/// one file per class), otherwise the thirty built in. Every object is `size` from corner to corner.
+/// Returns the class names and all objects, class by class: those of a `folder` (OBJ, STL, OFF; one sub-folder per
+/// class, or one file per class), otherwise the thirty built in. Every object is `size` from corner to corner.
 ///
 /// # Errors
 ///
@@ -60,13 +60,13 @@ pub(crate) fn load(folder: Option<&Path>, size: f64) -> Result<(Vec<String>, Vec
     Ok((classes.into_iter().map(|(name, _)| name).collect(), objects))
 }
 
-/// The object of sample `i`: classes take turns, and in a class its objects.
+/// Returns the object of sample `i`: classes take turns, and in a class its objects.
 pub(crate) fn in_turn(by_class: &[Vec<usize>], i: usize) -> usize {
     let objects = &by_class[i % by_class.len()];
     objects[i / by_class.len() % objects.len()]
 }
 
-/// For each class the numbers of its objects, in their order.
+/// Lists for each class the numbers of its objects, in their order.
 pub(crate) fn by_class(classes: usize, objects: &[MeshObject]) -> Vec<Vec<usize>> {
     let of =
         |class: usize| objects.iter().enumerate().filter(move |(_, o)| o.class == class).map(|(at, _)| at);

@@ -156,7 +156,7 @@ fn look(world: &World, i: usize) -> Appearance {
     }
 }
 
-/// All parameters, as `taxel simulate vision --explain` prints them.
+/// Lists all parameters, as `taxel simulate vision --explain` prints them.
 pub(crate) fn explain() -> Vec<Effect> {
     rows(parameters::table(), &REMOVABLE)
 }

@@ -38,17 +38,17 @@ impl<'a> World<'a> {
         Ok(World { scene, seed, without })
     }
 
-    /// The generator of one purpose, such as `17/noise`.
+    /// Returns the generator of one purpose, such as `17/noise`.
     pub(crate) fn rng(&self, purpose: &str) -> Rng {
         rng(self.seed, &format!("{}/{purpose}", self.scene))
     }
 
-    /// Whether the effect is part of the world.
+    /// Checks whether the effect is part of the world.
     pub(crate) fn has(&self, effect: &str) -> bool {
         self.without.iter().all(|name| name != effect)
     }
 
-    /// `with`, or `otherwise` if the effect has been removed.
+    /// Returns `with`, or `otherwise` if the effect has been removed.
     pub(crate) fn unless(&self, effect: &str, with: f64, otherwise: f64) -> f64 {
         if self.has(effect) { with } else { otherwise }
     }
@@ -65,12 +65,12 @@ where
     each.par_iter_mut().enumerate().map(|(i, sample)| make(i, sample.view_mut())).collect()
 }
 
-/// A draw from the normal distribution, mean 0, SD 1.
+/// Draws from the normal distribution, mean 0, SD 1.
 pub(crate) fn normal(rng: &mut Rng) -> f64 {
     rng.sample(StandardNormal)
 }
 
-/// True values by name, gathered sample by sample.
+/// Gathers true values by name, sample by sample.
 pub(crate) fn columns(names: &[&str], rows: &[Vec<f64>]) -> Vec<(String, Vec<f32>)> {
     let column = |at: usize| rows.iter().map(|row| row[at] as f32).collect();
     names.iter().enumerate().map(|(at, name)| ((*name).into(), column(at))).collect()

@@ -136,7 +136,7 @@ mod tests {
         Contrast { score, score_interval: None, difference, interval: None, p_holm: None, worse: false }
     }
 
-    /// An axis of five settings, the smallest of them its knee; each loses `lost` more than the one before.
+    /// Makes an axis of five settings, the smallest of them its knee; each loses `lost` more than the one before.
     fn axis(axis: Axis, lost: f64) -> (Ladder, Curve) {
         let step = |at: usize| LadderStep {
             label: format!("{axis} {at}"),

@@ -36,7 +36,8 @@ pub fn roughly(primary: &Primary, loss: f64) -> String {
     primary.with_points(&if primary.is_percent() { format!("{loss:.0}") } else { digits(loss) })
 }
 
-/// Names the knee of a curve with its evidence: how it does on the test parts, and what the next smaller setting loses.
+/// Describes the knee of a curve with its evidence: how it does on the test parts, and what the next smaller setting
+/// loses.
 pub fn knee_words(curve: &Curve, primary: &Primary, margin: f64) -> String {
     let at = curve.knee.map_or(0, |knee| knee + 1);
     let next = curve.steps.get(at).map(|step| {
@@ -194,7 +195,7 @@ mod tests {
         assert!(words.contains("do not bear out") && words.contains("nothing smaller was tried"), "{words}");
     }
 
-    /// A run whose knees together lose so much on inner folds and on the test parts.
+    /// Makes a run whose knees together lose so much on inner folds and on the test parts.
     fn shrunk(together: Option<(Option<Contrast>, Contrast)>) -> Shrunk {
         Shrunk {
             run: "glove".into(),

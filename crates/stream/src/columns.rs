@@ -20,7 +20,7 @@ pub enum Time {
 impl FromStr for Time {
     type Err = Error;
 
-    /// A number counts columns from 1; anything else is a name.
+    /// Reads a column: a number counts from 1; anything else is a name.
     fn from_str(text: &str) -> Result<Self, Error> {
         match text.trim().parse::<usize>() {
             Ok(0) => {

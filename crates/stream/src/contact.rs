@@ -127,7 +127,7 @@ mod tests {
         SampleSpec::new(Layout::Series, &[channels, 10])
     }
 
-    /// Where contact begins, and whether each time step is one of contact.
+    /// Returns where contact begins, and whether each time step is one of contact.
     fn judged(contact: &mut Contact, readings: &[f32]) -> (Vec<usize>, Vec<bool>) {
         let mut begins = vec![];
         let mut touching = vec![];

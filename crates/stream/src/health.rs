@@ -138,7 +138,7 @@ mod tests {
         Health::new(&SampleSpec { rest, ..SampleSpec::new(Layout::Series, &[channels, 24]) }, full)
     }
 
-    /// Conditions after `readings` of what `value` says of time and channel.
+    /// Returns the conditions after `readings` of what `value` says of time and channel.
     fn after(
         health: &mut Health,
         readings: usize,

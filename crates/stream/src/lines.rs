@@ -32,14 +32,14 @@ pub(crate) struct Lines<R> {
 }
 
 impl<R: Read> Lines<R> {
-    /// Lines of at most `most` bytes.
+    /// Makes a reader of lines of at most `most` bytes.
     pub fn new(from: R, most: usize) -> Self {
         let buffer = vec![0; most + CHUNK];
         let arrived = Instant::now();
         Lines { from, buffer, start: 0, end: 0, looked: 0, most, too_long: false, ended: false, arrived }
     }
 
-    /// When the last byte of the last line came.
+    /// Returns when the last byte of the last line came.
     pub fn arrived(&self) -> Instant {
         self.arrived
     }
@@ -109,7 +109,7 @@ mod tests {
         }
     }
 
-    /// Lines as text, `-` for one that is too long.
+    /// Reads all lines as text, `-` for one that is too long.
     fn all(bytes: &[u8], piece: usize, most: usize) -> Vec<String> {
         let mut lines = Lines::new(Slow(bytes, piece), most);
         let mut found = vec![];

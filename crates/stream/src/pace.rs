@@ -28,12 +28,12 @@ impl Pacer {
         Pacer { pace, begin: None, last: 0.0 }
     }
 
-    /// Whether time steps have to bear time stamps.
+    /// Checks whether time steps have to bear time stamps.
     pub fn needs_stamps(&self) -> bool {
         self.pace == Pace::Rate
     }
 
-    /// Whether the time steps come whether there is room for them or not.
+    /// Checks whether the time steps come whether there is room for them or not.
     pub fn drops(&self) -> bool {
         self.pace == Pace::Rate
     }

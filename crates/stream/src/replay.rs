@@ -69,7 +69,7 @@ impl Replay<'_> {
         Ok(())
     }
 
-    /// How a recording lies in memory, and where the values of a time step are among those of one instant.
+    /// Returns how a recording lies in memory, and where the values of a time step are among those of one instant.
     fn places(&self, recording: &Recording) -> Result<(SampleSpec, Vec<usize>)> {
         let recorded = SampleSpec { shape: recording.shape.clone(), ..self.spec.clone() };
         let refuse = || {

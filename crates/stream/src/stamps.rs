@@ -86,7 +86,7 @@ impl Stamps {
 mod tests {
     use super::*;
 
-    /// A stream at 100 Hz of which 20 time steps have come, the last at 0.19 s.
+    /// Makes a stream at 100 Hz of which 20 time steps have come, the last at 0.19 s.
     fn steady() -> Stamps {
         let mut stamps = Stamps::new(10);
         (0..20).for_each(|t| assert_eq!(stamps.push(f64::from(t) / 100.0), Event::Steady));

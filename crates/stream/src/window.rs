@@ -15,24 +15,24 @@ pub struct Window {
 }
 
 impl Window {
-    /// An empty window for samples of this kind.
+    /// Makes an empty window for samples of this kind.
     pub fn new(spec: &SampleSpec) -> Self {
         let around = spec.around_time();
         let (before, ticks, after) = around;
         Window { around, ring: vec![0.0; before * ticks * after], next: 0, known: 0 }
     }
 
-    /// Time steps of a full window, at least 1.
+    /// Returns the number of time steps of a full window, at least 1.
     pub fn ticks(&self) -> usize {
         self.around.1
     }
 
-    /// Values of one time step.
+    /// Returns the number of values of one time step.
     pub fn each(&self) -> usize {
         self.around.0 * self.around.2
     }
 
-    /// Time steps that are there.
+    /// Returns the number of time steps that are there.
     pub fn known(&self) -> usize {
         self.known
     }

@@ -167,7 +167,7 @@ mod tests {
         assert_eq!(shares(4, 0), [4]);
     }
 
-    /// A signal between two trials must not look like the end of the work.
+    /// Checks that a signal between two trials does not look like the end of the work.
     #[test]
     fn what_is_stopped_before_a_trial_says_so() {
         let dir = tempfile::tempdir().unwrap();

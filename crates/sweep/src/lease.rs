@@ -217,7 +217,7 @@ pub(crate) fn begun(folder: &SweepFolder) -> Result<HashSet<String>> {
     Ok(names(&folder.leases())?.into_iter().map(stem).collect())
 }
 
-/// Names of the files of a folder; none where there is no such folder.
+/// Lists the names of the files of a folder; none where there is no such folder.
 fn names(folder: &Path) -> Result<Vec<String>> {
     let failed = |e| Error::io(folder, "read", e);
     match fs::read_dir(folder) {

@@ -136,7 +136,7 @@ fn around(before: &[&str], keys: &[String], behind: &[&str]) -> Vec<String> {
     [strings(before), keys.to_vec(), strings(behind)].concat()
 }
 
-/// Names of the metrics of a task with that primary metric, behind which its standard deviation stands.
+/// Lists the names of the metrics of a task with that primary metric, behind which its standard deviation stands.
 fn metric_names(primary: &Primary) -> Vec<String> {
     let tasks = [Task::Classes(vec![]), Task::Values(vec![])];
     let of_task = tasks.iter().map(metrics).find(|all| all[0].name == primary.name()).unwrap_or_default();

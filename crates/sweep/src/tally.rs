@@ -237,12 +237,12 @@ mod tests {
     use super::*;
     use crate::trial::DataOf;
 
-    /// A finished trial with two networks and majority.
+    /// Adds a finished trial with two networks and majority.
     fn add(tally: &mut Tally, set: &str, data: &str, accuracy: [f64; 2]) {
         add_on(tally, set, (data, set), accuracy);
     }
 
-    /// On samples of a `[data]` table and a digest.
+    /// Adds such a trial on samples of a `[data]` table and a digest.
     fn add_on(tally: &mut Tally, set: &str, (data, digest): (&str, &str), accuracy: [f64; 2]) {
         let data = DataOf {
             source: "simulated: s".into(),

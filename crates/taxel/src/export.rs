@@ -203,7 +203,7 @@ fn scale(scaling: &Scaling, steps: &mut Vec<FrontStep>) {
     steps.push(FrontStep::Scale { offset, divisor });
 }
 
-/// An encoding that ONNX does not do, in words.
+/// Describes an encoding that ONNX does not do.
 fn words(transform: &Transform) -> &'static str {
     match transform {
         Transform::QuantileCode(_) => "the quantile code of the readings (encoding.signal)",

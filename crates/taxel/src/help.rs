@@ -50,7 +50,7 @@ mod tests {
     use super::*;
     use crate::Arguments;
 
-    /// Every command that runs something, with its name.
+    /// Collects every command that runs something, with its name.
     fn leaves(command: &Command, name: &str, found: &mut Vec<(String, Command)>) {
         if command.get_subcommands().next().is_none() {
             found.push((name.into(), command.clone()));
@@ -87,8 +87,8 @@ mod tests {
         }
     }
 
-    /// A flag means the same wherever it stands: it takes the same kind of value, and its help begins with the same words
-    /// unless it is listed here with why.
+    /// Checks that a flag means the same wherever it stands: it takes the same kind of value, and its help begins with
+    /// the same words unless it is listed here with why.
     #[test]
     fn a_flag_has_one_meaning() {
         // A first look in every command, each with its own way to be short; a fault and its severity, tested or simulated.

@@ -48,7 +48,7 @@ pub fn judgement(
     }
 }
 
-/// Measures, and writes the judgement into the run folder, which no other process may write to.
+/// Measures the run, and writes the judgement into its folder, which no other process may write to.
 ///
 /// # Errors
 /// A folder that another process writes to, models that are missing or damaged.

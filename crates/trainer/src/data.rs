@@ -159,6 +159,8 @@ impl Data {
         Ok(Data { origin, full_scale, layout, rate, each_frame, attributes, classes, look_alikes })
     }
 
+    /// Checks the values.
+    ///
     /// # Errors
     /// A value outside its range.
     pub(crate) fn check(&self) -> Check {

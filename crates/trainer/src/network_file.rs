@@ -8,7 +8,7 @@ use taxel_learn::Model;
 
 use crate::error::Result;
 
-/// A network with its weights: an ONNX file (`.onnx`), what `taxel import` wrote, or a trained model.
+/// Reads a network with its weights: an ONNX file (`.onnx`), what `taxel import` wrote, or a trained model.
 ///
 /// # Errors
 /// A file that is missing, damaged or holds no network: by file and, in ONNX, node and operation.
@@ -30,7 +30,7 @@ pub fn read_network(path: &Path) -> Result<(Graph, Weights)> {
     }
 }
 
-/// Whether a file is ONNX by its name.
+/// Checks whether a file is ONNX by its name.
 pub(crate) fn is_onnx(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("onnx"))
 }

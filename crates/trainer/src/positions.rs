@@ -65,7 +65,7 @@ impl Positions {
         }
     }
 
-    /// The first place of a table is its header, later ones add keys to it.
+    /// Adds a place. The first place of a table is its header, later ones add keys to it.
     fn add(&mut self, text: &str, path: &str, key: usize, value: usize) {
         let (number, key, shown) = line(text, key);
         let inside = Some((key, line(text, value).1, shown.to_string()));

@@ -85,7 +85,7 @@ fn dense(x: &Flow, name: &str) -> Flow {
     x.concat(&grown)
 }
 
-/// Half the channels, half the rows and columns.
+/// Halves the channels, the rows and the columns.
 fn transition(x: &Flow, name: &str) -> Flow {
     let channels = x.shape().first().copied().unwrap_or_default();
     x.bn_relu(&format!("{name}.norm"))

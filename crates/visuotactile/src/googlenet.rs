@@ -107,7 +107,7 @@ impl Architecture for GoogLeNetConfig {
     }
 }
 
-/// Convolution without bias, batch norm, ReLU.
+/// Applies a convolution without bias, batch norm and ReLU.
 fn conv_bn(x: &Flow, name: &str, conv: Conv) -> Flow {
     x.conv(&format!("{name}.conv"), conv.no_bias())
         .batch_norm_with(&format!("{name}.bn"), 0.001, BATCH_NORM_MOMENTUM)

@@ -51,7 +51,7 @@ fn check_image(classes: usize, image: [usize; 3], side: usize) -> Result<()> {
     ])
 }
 
-/// Averaged to `size` rows and columns, where it has others.
+/// Averages to `size` rows and columns, where it has others.
 fn pooled_to(x: &Flow, size: usize) -> Flow {
     if x.shape().get(1..) == Some(&[size, size]) { x.clone() } else { x.adaptive_average_pool(size) }
 }

@@ -22,7 +22,7 @@ use taxel_graph::{Error, Graph, Node, Op, Result};
 /// MATLAB counts a softmax and a classification layer after the last node.
 const AFTER: usize = 2;
 
-/// Nodes with their layer numbers; dropout has none.
+/// Iterates over the nodes with their layer numbers; dropout has none.
 pub fn layers(graph: &Graph) -> impl Iterator<Item = (Option<usize>, &Node)> {
     graph.nodes().iter().scan(0, |last, node| {
         let counts = !matches!(node.op, Op::Dropout { .. });
@@ -31,7 +31,7 @@ pub fn layers(graph: &Graph) -> impl Iterator<Item = (Option<usize>, &Node)> {
     })
 }
 
-/// Names of the nodes with tensors within layers `first:last`, both ends included.
+/// Lists the names of the nodes with tensors within layers `first:last`, both ends included.
 ///
 /// # Errors
 /// No range within the layers, MATLAB's last two among them, or one without such a node.
@@ -55,7 +55,7 @@ pub fn range(graph: &Graph, range: &str) -> Result<Vec<String>> {
     Ok(names)
 }
 
-/// `names` with the nodes of a range in place of every range; what has no colon is left as it is, for
+/// Returns `names` with the nodes of a range in place of every range; what has no colon is left as it is, for
 /// [`Graph::covered`].
 ///
 /// # Errors

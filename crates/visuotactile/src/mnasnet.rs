@@ -85,7 +85,7 @@ impl Architecture for MnasNetConfig {
     }
 }
 
-/// Convolution `number` without bias and the batch norm after it.
+/// Applies convolution `number` without bias and the batch norm after it.
 fn conv_bn(x: &Flow, name: &str, number: usize, conv: Conv) -> Flow {
     x.conv(&format!("{name}.{number}"), conv.no_bias()).batch_norm_with(
         &format!("{name}.{}", number + 1),

@@ -91,23 +91,23 @@ impl Architecture for MobileNetV2Config {
     }
 }
 
-/// torchvision's.
+/// Sets torchvision's initial weights.
 pub(crate) fn initial_weights(net: &Network) {
     net.conv_init(Fill::KaimingNormalFanOut, Fill::Constant(0.0));
     net.linear_init(Fill::Normal { sd: 0.01 }, Fill::Constant(0.0));
 }
 
-/// `features.0`.
+/// Returns the convolution `features.0`.
 pub(crate) fn stem(width_mult: f64) -> Conv {
     Conv::new(rounded(STEM as f64 * width_mult), 3).stride(2).pad(1)
 }
 
-/// `features.18`, which never gets narrower than the paper's.
+/// Returns the convolution `features.18`, which never gets narrower than the paper's.
 pub(crate) fn last(width_mult: f64) -> Conv {
     Conv::new(rounded(LAST as f64 * width_mult.max(1.0)), 1)
 }
 
-/// Convolution without bias, batch norm, ReLU6.
+/// Applies a convolution without bias, batch norm and ReLU6.
 pub(crate) fn conv_bn(x: &Flow, conv: &str, norm: &str, by: Conv) -> Flow {
     x.conv(conv, by.no_bias()).batch_norm(norm).activation(Activation::Relu6)
 }
@@ -121,7 +121,7 @@ pub(crate) struct InvertedResidual {
     stride: usize,
 }
 
-/// Table 2, one by one.
+/// Lists the blocks of Table 2, one by one.
 pub(crate) fn blocks(width_mult: f64) -> Vec<InvertedResidual> {
     let row = |(expansion, filters, repeats, stride): (usize, usize, usize, usize)| {
         let filters = rounded(filters as f64 * width_mult);
@@ -150,7 +150,7 @@ impl InvertedResidual {
     }
 }
 
-/// A width as a multiple of 8, at least 8, never more than a tenth below what was asked for.
+/// Rounds a width to a multiple of 8, at least 8, never more than a tenth below what was asked for.
 fn rounded(width: f64) -> usize {
     let nearest = (((width + 4.0) / 8.0).floor() * 8.0).max(8.0);
     (if nearest < 0.9 * width { nearest + 8.0 } else { nearest }) as usize

@@ -49,7 +49,7 @@ pub enum ResNetDepth {
 }
 
 impl ResNetDepth {
-    /// Registry name, blocks per group, the block.
+    /// Returns the registry name, the blocks per group and the block.
     fn table(self) -> (&'static str, [usize; 4], ResidualBlock) {
         match self {
             ResNetDepth::Eighteen => (RESNET18.name, [2, 2, 2, 2], basic),
@@ -128,7 +128,7 @@ fn basic(x: &Flow, name: &str, width: usize, stride: usize) -> Flow {
     main.add(&shortcut(x, name, width, stride)).relu()
 }
 
-/// Narrow 1×1, 3×3, then 1×1 four times as wide.
+/// Applies a narrow 1×1, a 3×3, then a 1×1 four times as wide.
 fn bottleneck(x: &Flow, name: &str, width: usize, stride: usize) -> Flow {
     let part = |suffix: &str| format!("{name}.{suffix}");
     let main = x
@@ -141,7 +141,7 @@ fn bottleneck(x: &Flow, name: &str, width: usize, stride: usize) -> Flow {
     main.add(&shortcut(x, name, 4 * width, stride)).relu()
 }
 
-/// The input itself, or a 1×1 convolution of it where shape or width changes.
+/// Returns the input itself, or a 1×1 convolution of it where shape or width changes.
 fn shortcut(x: &Flow, name: &str, filters: usize, stride: usize) -> Flow {
     if stride == 1 && x.shape().first() == Some(&filters) {
         return x.clone();

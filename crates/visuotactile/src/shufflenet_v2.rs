@@ -68,13 +68,13 @@ impl Architecture for ShuffleNetV2Config {
     }
 }
 
-/// Fig. 3 (c): the second half of the channels is convolved.
+/// Applies Fig. 3 (c): the second half of the channels is convolved.
 fn basic(x: &Flow, name: &str) -> Flow {
     let half = x.shape().first().copied().unwrap_or_default() / 2;
     x.slice(0, half).concat(&branch2(&x.slice(half, half), name, half, 1))
 }
 
-/// Fig. 3 (d): all channels go both ways.
+/// Applies Fig. 3 (d): all channels go both ways.
 fn downsample(x: &Flow, name: &str, half: usize) -> Flow {
     let channels = x.shape().first().copied().unwrap_or_default();
     let part = |i: usize| format!("{name}.branch1.{i}");

@@ -36,32 +36,32 @@ pub struct Input {
 }
 
 impl Input {
-    /// An input `name` whose axis sizes are the settings `keys`.
+    /// Makes an input `name` whose axis sizes are the settings `keys`.
     pub fn new(name: &str, keys: &[&str]) -> Self {
         Input { name: name.into(), keys: keys.iter().map(|key| key.to_string()).collect() }
     }
 
-    /// `signal` `[in_channels, length]`.
+    /// Makes the input `signal` `[in_channels, length]`.
     pub fn signal() -> Self {
         InputKeys::SIGNAL.into()
     }
 
-    /// `signal` flattened to `[1, in_features]`.
+    /// Makes the input `signal` flattened to `[1, in_features]`.
     pub fn flat() -> Self {
         InputKeys::FLAT.into()
     }
 
-    /// `image` `[in_channels, height, width]`.
+    /// Makes the input `image` `[in_channels, height, width]`.
     pub fn image() -> Self {
         InputKeys::IMAGE.into()
     }
 
-    /// `rocket` `[features]`.
+    /// Makes the input `rocket` `[features]`.
     pub fn rocket() -> Self {
         InputKeys::ROCKET.into()
     }
 
-    /// `tensor` `[in_channels, height, width, frames]`.
+    /// Makes the input `tensor` `[in_channels, height, width, frames]`.
     pub fn tensor() -> Self {
         InputKeys::TENSOR.into()
     }
@@ -112,7 +112,7 @@ impl fmt::Debug for Entry {
 }
 
 impl Entry {
-    /// A network whose graph `build` makes of settings.
+    /// Makes the entry of a network whose graph `build` makes of settings.
     pub fn new(
         name: &str,
         family: &str,
@@ -132,8 +132,8 @@ impl Entry {
         }
     }
 
-    /// The network of `config`, with settings in place of its values, and [`WIDTH_MULT`], [`WITHOUT_BLOCKS`] and
-    /// [`WITHOUT_LAYERS`] beside them.
+    /// Makes the entry of the network of `config`, with settings in place of its values, and [`WIDTH_MULT`],
+    /// [`WITHOUT_BLOCKS`] and [`WITHOUT_LAYERS`] beside them.
     pub fn of<C>(config: C, name: &str, family: &str, paper: &str, inputs: impl Into<Vec<Input>>) -> Self
     where
         C: Architecture + Serialize + DeserializeOwned + Send + Sync + 'static,
@@ -162,7 +162,7 @@ impl Entry {
         Entry { defaults: values.unwrap_or_default(), ..entry }
     }
 
-    /// The network that a family lists.
+    /// Makes the entry of the network that a family lists.
     pub(crate) fn listed<C>(network: Listing<C>) -> Self
     where
         C: Architecture + Serialize + DeserializeOwned + Send + Sync + 'static,
@@ -173,8 +173,8 @@ impl Entry {
         Entry { counts: Some(counts), quick, ..Entry::of(config, name, family, paper, inputs) }
     }
 
-    /// A whole number among its own settings, such as a width, that does not come from the data: what it is where
-    /// nothing else is said.
+    /// Returns a whole number among its own settings, such as a width, that does not come from the data: what it is
+    /// where nothing else is said.
     pub fn number(&self, key: &str) -> Option<usize> {
         let is_size =
             self.inputs.iter().flat_map(|input| &input.keys).any(|size| size == key) || key == "classes";
@@ -190,12 +190,13 @@ impl Entry {
         }
     }
 
-    /// Whether it takes [`WIDTH_MULT`], [`WITHOUT_BLOCKS`] and [`WITHOUT_LAYERS`]: those that [`Entry::of`] made do.
+    /// Checks whether it takes [`WIDTH_MULT`], [`WITHOUT_BLOCKS`] and [`WITHOUT_LAYERS`]: those that [`Entry::of`] made
+    /// do.
     pub fn is_resizable(&self) -> bool {
         !self.defaults.is_empty()
     }
 
-    /// The network with `settings` in place of the paper's values.
+    /// Builds the network with `settings` in place of the paper's values.
     ///
     /// # Errors
     /// An unknown key, a value of the wrong type or out of range, or sizes that a node does not fit.
@@ -207,7 +208,7 @@ impl Entry {
         })
     }
 
-    /// Settings that fit the network to samples: `shape_of` tells the shape of an input by name.
+    /// Returns the settings that fit the network to samples: `shape_of` tells the shape of an input by name.
     ///
     /// # Errors
     /// An input that the data do not have, or with another number of axes.

@@ -12,7 +12,7 @@ pub struct Registry {
 }
 
 impl Registry {
-    /// No network yet.
+    /// Makes a registry of no network yet.
     pub fn empty() -> Self {
         Registry::default()
     }
@@ -29,7 +29,7 @@ impl Registry {
         Ok(())
     }
 
-    /// The network called `name`.
+    /// Returns the network called `name`.
     ///
     /// # Errors
     /// No such network; the error offers the nearest names.
@@ -40,7 +40,7 @@ impl Registry {
             .ok_or_else(|| Error::Unknown { name: name.into(), hint: self.hint(name) })
     }
 
-    /// All networks in the order in which they were added.
+    /// Iterates over all networks in the order in which they were added.
     pub fn entries(&self) -> impl Iterator<Item = &Entry> {
         self.entries.iter()
     }

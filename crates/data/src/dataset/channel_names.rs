@@ -5,7 +5,7 @@
 ///
 /// # Errors
 ///
-/// What is missing, in words; names that occur twice say nothing about which is which.
+/// A channel that is missing, in words; names that occur twice say nothing about which is which.
 pub(crate) fn places(wanted: &[String], held: &[String]) -> Result<Option<Vec<usize>>, String> {
     if wanted == held || wanted.is_empty() || held.is_empty() {
         return Ok(None);
@@ -21,7 +21,8 @@ pub(crate) fn places(wanted: &[String], held: &[String]) -> Result<Option<Vec<us
     wanted.iter().map(place).collect::<Result<_, _>>().map(Some)
 }
 
-/// Names the channels of columns that hold several numbers each: `force`, `imu[0]`, `imu[1]`; none where a column has no name.
+/// Returns the names of the channels of columns that hold several numbers each: `force`, `imu[0]`, `imu[1]`; none where
+/// a column has no name.
 pub(crate) fn numbered<'n>(columns: impl Iterator<Item = (&'n str, usize)>) -> Vec<String> {
     let mut all = vec![];
     for (name, count) in columns {

@@ -49,7 +49,7 @@ impl Facts {
         blake3::hash(self.fields().to_string().as_bytes()).to_hex().to_string()
     }
 
-    /// Names each fact that is another one `now`, with both values: `full_scale was 1000.0, is now 1.0`.
+    /// Lists each fact that is another one `now`, with both values: `full_scale was 1000.0, is now 1.0`.
     pub fn differences(&self, now: &Facts) -> Vec<String> {
         let (before, now) = (self.fields(), now.fields());
         let keys = ["layout", "channel_names", "unit", "rate", "full_scale", "rest", "task"];

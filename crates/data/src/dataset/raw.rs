@@ -87,7 +87,7 @@ impl Default for Raw {
 }
 
 impl Raw {
-    /// Names a sample in messages: its file, or its place in a file.
+    /// Returns the name of a sample in messages: its file, or its place in a file.
     pub fn sample_name(&self, row: usize) -> String {
         format!("{}{}{}", self.file, if self.is_folder { "/" } else { ": " }, self.origins[row])
     }

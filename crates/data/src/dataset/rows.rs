@@ -49,7 +49,7 @@ impl RecordingRows {
         units(&self.hashes)
     }
 
-    /// Names the origin of each sample: `take1.csv`, or as a window `take1.csv[300..]`.
+    /// Lists the origin of each sample: `take1.csv`, or as a window `take1.csv[300..]`.
     pub fn origins(&self, raw: &Raw) -> Vec<String> {
         let origin = |(i, row): (usize, &usize)| match &self.starts {
             None => raw.origins[*row].clone(),

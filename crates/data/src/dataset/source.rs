@@ -35,12 +35,12 @@ pub struct Source {
 }
 
 impl Source {
-    /// Names a recorded data set.
+    /// Makes the source of a recorded data set.
     pub fn real(name: impl Into<String>) -> Self {
         Self { kind: SourceKind::Real, name: name.into() }
     }
 
-    /// Names a simulated world.
+    /// Makes the source of a simulated world.
     pub fn simulated(name: impl Into<String>) -> Self {
         Self { kind: SourceKind::Simulated, name: name.into() }
     }

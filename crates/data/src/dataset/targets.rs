@@ -82,7 +82,7 @@ impl TryFrom<Written> for Task {
     }
 }
 
-/// Names of the outputs of several attributes: `elasticity:soft`.
+/// Lists the names of the outputs of several attributes: `elasticity:soft`.
 fn level_names(attributes: &[Attribute]) -> Vec<String> {
     let levels = |attribute: &Attribute| {
         let name = &attribute.name;
@@ -276,7 +276,7 @@ impl Targets {
     }
 }
 
-/// Numbers the combinations of levels that occur, in ascending order.
+/// Returns for each sample the number of its combination of levels, of those that occur, in ascending order.
 fn combinations(labels: &Labels) -> Vec<u32> {
     let width = labels.attributes().len().max(1);
     let rows = || labels.values().chunks_exact(width);

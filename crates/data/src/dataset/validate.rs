@@ -38,7 +38,7 @@ pub(crate) fn channels(raw: &Raw, options: &ReadOptions) -> Result<Option<Vec<us
     Ok(Some(channels.clone()))
 }
 
-/// Names a label in messages: `y[17]` or `y[17, 2]`.
+/// Returns the name of a label in messages: `y[17]` or `y[17, 2]`.
 fn label_at(raw: &Raw, row: usize, column: usize) -> String {
     match raw.columns {
         1 => format!("{}[{row}]", raw.y_name),

@@ -85,7 +85,7 @@ impl Archive {
         })
     }
 
-    /// Names an array in messages.
+    /// Returns the name of an array in messages.
     pub fn at(&self, array: &str) -> String {
         format!("{}: {array}", self.file())
     }

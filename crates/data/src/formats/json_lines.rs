@@ -105,7 +105,7 @@ impl LineColumns {
         self.start(self.names.len()) - usize::from(self.time.is_some())
     }
 
-    /// Names the channels; empty where a line is an array.
+    /// Returns the names of the channels; empty where a line is an array.
     fn channel_names(&self) -> Vec<String> {
         let is_time = |at: usize| self.time.is_some_and(|(time, _)| time == at);
         let columns = self.names.iter().enumerate().filter(|(at, _)| !is_time(*at));
@@ -225,7 +225,7 @@ impl<'de> Visitor<'de> for LineVisitor {
 mod tests {
     use crate::{ReadOptions, load, recordings};
 
-    /// A folder of a class `soft` and a class `hard`, a recording each.
+    /// Makes a folder of a class `soft` and a class `hard`, a recording each.
     fn set(text: &str) -> tempfile::TempDir {
         let folder = tempfile::tempdir().unwrap();
         for class in ["soft", "hard"] {

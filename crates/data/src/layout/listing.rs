@@ -112,7 +112,8 @@ pub(crate) fn unsorted(files: Vec<PathBuf>) -> FoundFiles {
 }
 
 impl FoundFiles {
-    /// Numbers the classes as `order` lists them. Recordings of class folders follow that order; a table keeps its own.
+    /// Gives the classes their numbers as `order` lists them. Recordings of class folders follow that order; a table
+    /// keeps its own.
     pub fn in_order(self, order: &[usize]) -> Self {
         let labels: Vec<i64> =
             self.labels.iter().map(|label| new_position(order, *label as usize) as i64).collect();

@@ -5,7 +5,7 @@ use crate::threads::Threads;
 /// Forward and backward pass of a node on the whole batch, cut into pieces by its size alone, with the memory
 /// that they need.
 pub(crate) trait BatchLayer: Send + Sync {
-    /// `y` from `x`, `n` rows each; what the backward pass needs is kept.
+    /// Computes `y` from `x`, `n` rows each, and keeps what the backward pass needs.
     fn forward(&mut self, threads: &Threads, n: usize, params: &[f32], x: &[f32], y: &mut [f32]);
 
     /// Overwrites `dparams`, which are empty where nothing is learned, and `dx` where it is wanted.

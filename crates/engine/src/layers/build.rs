@@ -7,8 +7,8 @@ use super::batch_layer::{Batch, BatchLayer};
 use super::layer::Layer;
 use super::{activation, adaptive_pool, channels, conv, dropout, linear, lstm, pool, scale, simple, streams};
 
-/// The layer of `node` over the whole of a batch of at most `batch`, with memory for the backward pass where
-/// it `trains`; `None` for what runs sample by sample.
+/// Makes the layer of `node` over the whole of a batch of at most `batch`, with memory for the backward pass where it
+/// `trains`; `None` for what runs sample by sample.
 pub(crate) fn build_batch(graph: &Graph, node: &Node, batch: usize, trains: bool) -> Option<Batch> {
     let input = |which: usize| &graph.nodes()[node.inputs[which]].shape;
     let layer: Box<dyn BatchLayer> = match node.op {
@@ -26,7 +26,7 @@ pub(crate) fn build_batch(graph: &Graph, node: &Node, batch: usize, trains: bool
     Some(Batch { layer, inputs, outputs, x: vec![0.0; batch * inputs], y: vec![0.0; batch * outputs] })
 }
 
-/// The layer of `node`; `None` for inputs and for what takes the whole batch.
+/// Makes the layer of `node`; `None` for inputs and for what takes the whole batch.
 pub(crate) fn build(graph: &Graph, node: &Node) -> Option<Box<dyn Layer>> {
     let input = |which: usize| &graph.nodes()[node.inputs[which]];
     let (channels, len) = (node.shape[0], node.shape.iter().product());
@@ -100,8 +100,8 @@ fn conv_plan(
     kernels::conv::Conv::dilated(window, dilation, shape[0], filters, groups)
 }
 
-/// A window over (depth, rows, columns), from a shape with channels first and 1 to 3 spatial axes; its outputs are
-/// those of a kernel whose values meet inputs `dilation` apart (empty: neighbours).
+/// Makes a window over (depth, rows, columns), from a shape with channels first and 1 to 3 spatial axes; its outputs
+/// are those of a kernel whose values meet inputs `dilation` apart (empty: neighbours).
 fn window3(window: &Window, dilation: &[usize], input: &[usize]) -> Window3 {
     let before: Vec<usize> = window.padding.iter().map(|p| p.0).collect();
     let output = window.dilated(dilation).positions(&input[1..]);

@@ -78,7 +78,7 @@ impl Layer for Conv {
     }
 }
 
-/// A parameter from PyTorch's order into the engine's.
+/// Brings a parameter from PyTorch's order into the engine's.
 pub(crate) fn read_tensor(node: &Node, param: &Param, outer: &[f32], inner: &mut [f32]) {
     match conv_sizes(node, param) {
         Some((filters, channels, volume, groups)) => {
@@ -88,7 +88,7 @@ pub(crate) fn read_tensor(node: &Node, param: &Param, outer: &[f32], inner: &mut
     }
 }
 
-/// A parameter from the engine's order into PyTorch's.
+/// Brings a parameter from the engine's order into PyTorch's.
 pub(crate) fn write_tensor(node: &Node, param: &Param, inner: &[f32]) -> Vec<f32> {
     let mut outer = inner.to_vec();
     if let Some((filters, channels, volume, groups)) = conv_sizes(node, param) {

@@ -12,7 +12,7 @@ pub(super) struct Dropout {
 }
 
 impl Dropout {
-    /// `to` is, or grows by, what the mask leaves of `from`.
+    /// Writes or adds to `to` what the mask leaves of `from`.
     fn apply(&self, mask: &DropoutMask, sample: usize, from: &[f32], to: &mut [f32], add: bool) {
         let scale = 1.0 / (1.0 - self.probability);
         let rows = from.chunks_exact(self.channels).zip(to.chunks_exact_mut(self.channels));

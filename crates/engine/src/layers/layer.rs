@@ -27,7 +27,7 @@ pub(crate) struct Inputs<'a> {
 }
 
 impl<'a> Inputs<'a> {
-    /// Stored values of input `which`, and how this node sees them.
+    /// Returns the stored values of input `which`, and how this node sees them.
     pub fn get(&self, which: usize) -> (&'a [f32], AffineView<'a>) {
         let seen = &self.plan.inputs[which];
         let len = self.lens[seen.stored];
@@ -39,7 +39,7 @@ impl<'a> Inputs<'a> {
     }
 }
 
-/// The view that `seen` stands for.
+/// Returns the view that `seen` stands for.
 pub(crate) fn view<'a>(seen: &StoredView, norms: &'a [Norm]) -> AffineView<'a> {
     let affine = seen.norm.map(|n| (norms[n].scale.as_slice(), norms[n].shift.as_slice()));
     AffineView { affine, rectifier: seen.rectifier }
@@ -56,7 +56,7 @@ pub(crate) struct Outputs<'a> {
 }
 
 impl Outputs<'_> {
-    /// The gradient of input `which`, and whether to add to it; `None` where nobody needs it.
+    /// Returns the gradient of input `which`, and whether to add to it; `None` where nobody needs it.
     pub fn get(&mut self, which: usize) -> Option<(&mut [f32], bool)> {
         let (slot, add) = self.plan.slots[which]?;
         let len = self.lens[self.plan.inputs[which].stored];
@@ -76,7 +76,7 @@ pub(crate) struct Scratch {
 
 /// Forward and backward pass of a node on one sample.
 pub(crate) trait Layer: Send + Sync {
-    /// `y` from the inputs; `saved` is kept for the backward pass.
+    /// Computes `y` from the inputs; `saved` is kept for the backward pass.
     fn forward(
         &self,
         inputs: Inputs,
@@ -86,8 +86,8 @@ pub(crate) trait Layer: Send + Sync {
         scratch: &mut Scratch,
     );
 
-    /// From the gradient `dy` of the output: adds to `partials`, which are empty where nothing is learned,
-    /// and writes or adds to the inputs' gradients.
+    /// Takes the gradient `dy` of the output: adds to `partials`, which are empty where nothing is learned, and writes
+    /// or adds to the inputs' gradients.
     fn backward(
         &self,
         pass: Backward,
@@ -97,15 +97,16 @@ pub(crate) trait Layer: Send + Sync {
         scratch: &mut Scratch,
     );
 
-    /// Values that a sample keeps between the passes.
+    /// Returns the number of values that a sample keeps between the passes.
     fn saved_len(&self) -> usize {
         0
     }
 
-    /// Values of [`Scratch::x`] that it needs.
+    /// Returns the number of values of [`Scratch::x`] that it needs.
     fn scratch_len(&self) -> usize;
 
-    /// Values of [`Scratch::work`] that the forward pass needs, and the backward pass too where one follows.
+    /// Returns the number of values of [`Scratch::work`] that the forward pass needs, and the backward pass too where
+    /// one follows.
     fn work_len(&self, _trains: bool) -> usize {
         0
     }
@@ -113,18 +114,18 @@ pub(crate) trait Layer: Send + Sync {
     /// Arranges the parameters for the forward passes of all samples.
     fn pack(&self, _params: &[f32], _packed: &mut Vec<f32>) {}
 
-    /// Keeps, beside the packed parameters, the values that both passes need and nobody learns.
+    /// Keeps beside the packed parameters the values that both passes need and nobody learns.
     fn keep(&self, _buffers: &[f32], _packed: &mut Vec<f32>) {}
 
     /// Arranges the parameters for the input gradients of all samples; not called where no input has one.
     fn prepare(&self, _params: &[f32], _prepared: &mut Vec<f32>) {}
 
-    /// Values that a layer with `params` parameters adds up over samples.
+    /// Returns the number of values that a layer with `params` parameters adds up over samples.
     fn partials_len(&self, params: usize) -> usize {
         params
     }
 
-    /// The parameters' gradient from those of all samples.
+    /// Computes the parameters' gradient from those of all samples.
     fn finish(&self, totals: &[f32], dparams: &mut [f32]) {
         dparams.copy_from_slice(totals);
     }

@@ -30,7 +30,7 @@ impl Linear {
         self.inputs * self.outputs >= MANY
     }
 
-    /// `yᵀ = W xᵀ + b`: every weight is read once.
+    /// Computes `yᵀ = W xᵀ + b`: every weight is read once.
     fn forward_turned(&mut self, threads: &Threads, n: usize, params: &[f32], x: &[f32], y: &mut [f32]) {
         let (inputs, outputs, bias) = (self.inputs, self.outputs, self.bias);
         let [xt, yt] = &mut self.turned;
@@ -61,7 +61,7 @@ impl Linear {
         layout::transpose(outputs, n, yt, y, false);
     }
 
-    /// `dx = dy W`, columns after columns: every weight is read once.
+    /// Computes `dx = dy W`, columns after columns: every weight is read once.
     fn backward_input_in_columns(
         &mut self,
         threads: &Threads,
@@ -92,7 +92,7 @@ impl Linear {
 }
 
 impl BatchLayer for Linear {
-    /// `y = x Wᵀ + b` over `n` rows.
+    /// Computes `y = x Wᵀ + b` over `n` rows.
     fn forward(&mut self, threads: &Threads, n: usize, params: &[f32], x: &[f32], y: &mut [f32]) {
         if self.has_many() {
             return self.forward_turned(threads, n, params, x, y);

@@ -26,7 +26,7 @@ struct LstmChunk {
 }
 
 impl Lstm {
-    /// Room for `batch` sequences, and for their gradients where it `trains`.
+    /// Makes room for `batch` sequences, and for their gradients where it `trains`.
     pub fn new(sizes: LstmSizes, batch: usize, trains: bool) -> Self {
         let LstmSizes { channels, steps, hidden } = sizes;
         let most = batch.div_ceil(PIECES);
@@ -40,7 +40,7 @@ impl Lstm {
         Lstm { sizes, pieces: (0..batch.div_ceil(most)).map(piece).collect() }
     }
 
-    /// The tensors in the order in which they lie in `params`.
+    /// Returns the tensors in the order in which they lie in `params`.
     fn weights<'a>(&self, params: &'a [f32]) -> Weights<'a> {
         let LstmSizes { channels, hidden, .. } = self.sizes;
         let (ih, rest) = params.split_at(4 * hidden * channels);
@@ -50,7 +50,7 @@ impl Lstm {
     }
 }
 
-/// Row `piece` of rows of `len` values; shorter or empty at the end.
+/// Returns row `piece` of rows of `len` values; shorter or empty at the end.
 fn share(values: &[f32], piece: usize, len: usize) -> &[f32] {
     let start = (piece * len).min(values.len());
     &values[start..(start + len).min(values.len())]

@@ -17,14 +17,16 @@ struct RemovableBlock {
 }
 
 impl Graph {
-    /// How many blocks hand on their input as it is: residual blocks with an identity shortcut (He et al., Deep Residual
-    /// Learning, 2016) and dense layers, whose input stands beside their result (Huang et al., DenseNet, 2017).
+    /// Counts the blocks that hand on their input as it is: residual blocks with an identity shortcut (He et al., Deep
+    /// Residual Learning, 2016) and dense layers, whose input stands beside their result (Huang et al., DenseNet,
+    /// 2017).
     pub fn identity_blocks(&self) -> usize {
         (0..self.nodes.len()).filter(|&id| self.block(id).is_some()).count()
     }
 
-    /// The same network without the last `count` blocks that hand on their input. All other nodes and tensors keep their
-    /// names; behind a dense layer they read fewer channels, and their fresh weights are drawn by the same rules.
+    /// Returns the same network without the last `count` blocks that hand on their input. All other nodes and tensors
+    /// keep their names; behind a dense layer they read fewer channels, and their fresh weights are drawn by the same
+    /// rules.
     ///
     /// # Errors
     /// More blocks than there are.
@@ -37,13 +39,13 @@ impl Graph {
         })
     }
 
-    /// How many plain layers could be left out one after another ([`Graph::without_layers`]).
+    /// Counts the plain layers that could be left out one after another ([`Graph::without_layers`]).
     pub fn plain_layers(&self) -> usize {
         let next = |graph: &Graph| graph.last_layer().and_then(|layer| graph.without(&layer).ok());
         std::iter::successors(next(self), next).count()
     }
 
-    /// The same network without its last `count` plain layers: convolutions and linear layers, each with the
+    /// Returns the same network without its last `count` plain layers: convolutions and linear layers, each with the
     /// normalisation, activation, dropout and pooling behind it. What follows reads what the layer read, and its fresh
     /// weights are drawn by the same rules. The first layer of every input stays, what decides how many values an
     /// output has, and what begins or ends where ways part or meet.
@@ -57,7 +59,8 @@ impl Graph {
         })
     }
 
-    /// The same network without what `last` finds in it, `count` times over; none where it finds nothing any more.
+    /// Returns the same network without what `last` finds in it, `count` times over; none where it finds nothing any
+    /// more.
     fn without_last(
         &self,
         count: usize,
@@ -76,7 +79,7 @@ impl Graph {
         (0..self.nodes.len()).rev().filter(|id| !heads.contains(id)).find_map(|id| self.layer(id))
     }
 
-    /// The plain layer that begins with `id`, if one does.
+    /// Finds the plain layer that begins with `id`, if one does.
     fn layer(&self, id: NodeId) -> Option<RemovableBlock> {
         let is_layer = |op: &Op| matches!(op, Op::Conv { .. } | Op::Linear { .. } | Op::Lstm { .. });
         let node = &self.nodes[id];
@@ -107,14 +110,14 @@ impl Graph {
         }
     }
 
-    /// The one node that reads `id`; none where several do, or where it is an output.
+    /// Finds the one node that reads `id`; none where several do, or where it is an output.
     fn only_reader(&self, id: NodeId) -> Option<NodeId> {
         let mut readers = (0..self.nodes.len()).filter(|&reader| self.nodes[reader].inputs.contains(&id));
         let only = readers.next().filter(|_| readers.next().is_none());
         only.filter(|_| self.outputs.iter().all(|(_, output)| *output != id))
     }
 
-    /// The block that ends in the sum `id`, or where `id` joins channels, if nobody else reads what is inside.
+    /// Finds the block that ends in the sum `id`, or where `id` joins channels, if nobody else reads what is inside.
     fn block(&self, id: NodeId) -> Option<RemovableBlock> {
         let (Op::Add | Op::Concat, &[a, b]) = (&self.nodes[id].op, &self.nodes[id].inputs[..]) else {
             return None;
@@ -134,7 +137,7 @@ impl Graph {
         of(a, b).or_else(|| of(b, a))
     }
 
-    /// A node and all that it is made of.
+    /// Returns a node and all that it is made of.
     fn leading_to(&self, id: NodeId) -> BTreeSet<NodeId> {
         let (mut found, mut open) = (BTreeSet::new(), vec![id]);
         while let Some(id) = open.pop() {
@@ -217,7 +220,8 @@ mod tests {
         assert_eq!(dense(2).without_blocks(1).unwrap(), dense(1));
     }
 
-    /// As many convolutions with all that belongs to them as there are filters, and hidden units if there are any.
+    /// Makes a network of as many convolutions with all that belongs to them as there are filters, and hidden units if
+    /// there are any.
     fn plain(filters: &[usize], hidden: Option<usize>) -> Graph {
         let net = Network::new("own");
         let mut x = net.input("image", &[1, 16, 16]);

@@ -16,7 +16,7 @@ pub struct Halves {
 
 impl Graph {
     /// Cuts the network so that the body makes the same of a sample in every pass: its nodes learn nothing, as
-    /// `still` says of every node, and drop nothing.
+    /// `unchanged` says of every node, and drop nothing.
     ///
     /// The body has as many layers as it can have; of places as good it ends at the last of those with the fewest
     /// values. None if no layer is still from the inputs on, or if none is left to the head.
@@ -46,7 +46,7 @@ impl Graph {
         Some(Halves { body: self.cut(&last.name).ok()?, head })
     }
 
-    /// Which nodes a body that ends at `end` has; none if there is no such body.
+    /// Marks the nodes of a body that ends at `end`; none if there is no such body.
     fn body_before(&self, end: NodeId, unchanged: &[bool]) -> Option<Vec<bool>> {
         let before = self.up_to(end);
         let marked = || self.nodes.iter().enumerate().zip(&before);

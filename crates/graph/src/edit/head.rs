@@ -5,9 +5,9 @@ use crate::graph::{Graph, Node};
 use crate::op::Op;
 
 impl Graph {
-    /// The same network with `classes` values in each output: the last linear layer or convolution before it has as many
-    /// outputs. All other nodes and tensors keep their names; [`Weights::start_from`](crate::Weights::start_from) takes
-    /// over what fits.
+    /// Returns the same network with `classes` values in each output: the last linear layer or convolution before it
+    /// has as many outputs. All other nodes and tensors keep their names;
+    /// [`Weights::start_from`](crate::Weights::start_from) takes over what fits.
     ///
     /// # Errors
     /// An output whose number of values no such layer decides.
@@ -33,7 +33,7 @@ impl Graph {
         Graph::new(self.name.clone(), nodes, self.outputs.clone(), self.loss_weights.clone())
     }
 
-    /// The layer that decides how many values an output has.
+    /// Finds the layer that decides how many values an output has.
     fn head(&self, mut id: usize) -> Option<usize> {
         loop {
             match (&self.nodes[id].op, &self.nodes[id].inputs[..]) {

@@ -7,8 +7,8 @@ use crate::graph::{Graph, Node, NodeId};
 use crate::op::Op;
 
 impl Graph {
-    /// Which nodes `names` cover: of each the node of that name, and all whose names start with it and a
-    /// point (`stem` is every node `stem.…`). Only nodes with tensors are covered.
+    /// Marks the nodes that `names` cover: of each the node of that name, and all whose names start with it and a point
+    /// (`stem` is every node `stem.…`). Only nodes with tensors are covered.
     ///
     /// # Errors
     /// A name without a node that has tensors.
@@ -31,7 +31,7 @@ impl Graph {
         Ok(covered)
     }
 
-    /// The network up to a node, which becomes its only output and gives it its name. All inputs stay.
+    /// Returns the network up to a node, which becomes its only output and gives it its name. All inputs stay.
     ///
     /// `node` is the name of a node, or of a block: then the last node whose name starts with it and a
     /// point, before anything that pools globally or flattens.
@@ -72,7 +72,7 @@ impl Graph {
         Graph::new(self.name.clone(), nodes, vec![(self.nodes[end].name.clone(), at(end))], vec![1.0])
     }
 
-    /// The node `end` and all that it is computed from.
+    /// Marks the node `end` and all that it is computed from.
     pub(crate) fn up_to(&self, end: NodeId) -> Vec<bool> {
         let mut before = vec![false; self.nodes.len()];
         before[end] = true;
@@ -84,8 +84,8 @@ impl Graph {
         before
     }
 
-    /// "; did you mean …?" with the names of nodes and blocks that are nearest to `name`, or with the first and the
-    /// last node.
+    /// Returns "; did you mean …?" with the names of nodes and blocks that are nearest to `name`, or else
+    /// "; its nodes are …" with the first and the last.
     fn meant(&self, name: &str) -> String {
         let mut names: Vec<&str> = vec![];
         for node in &self.nodes {
@@ -102,7 +102,7 @@ impl Graph {
         }
     }
 
-    /// Names of the tensors of the heads: of each output, those between the last convolution, linear or
+    /// Returns the names of the tensors of the heads: of each output, those between the last convolution, linear or
     /// LSTM layer and the output, that layer's included.
     pub fn head_tensors(&self) -> Vec<&str> {
         let mut names = vec![];

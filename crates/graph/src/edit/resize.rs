@@ -10,8 +10,8 @@ const BY_SIZE: [Fill; 4] =
     [Fill::Pytorch, Fill::KaimingNormalFanIn, Fill::KaimingNormalFanOut, Fill::KaimingUniformFanOut];
 
 impl Node {
-    /// The node of this name that does `op` to `inputs` out of the `earlier` nodes. Its tensors start as this one's;
-    /// those that are drawn for its size are drawn for the new one.
+    /// Makes the node of this name that does `op` to `inputs` out of the `earlier` nodes. Its tensors start as this
+    /// one's; those that are drawn for its size are drawn for the new one.
     pub(crate) fn resized(&self, op: Op, inputs: Vec<NodeId>, earlier: &[Node]) -> Result<Node> {
         let mut made = self.again(op, inputs, earlier)?;
         draw_by_size(self, &mut made)?;

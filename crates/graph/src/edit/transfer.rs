@@ -8,7 +8,7 @@ use crate::op::Op;
 use crate::weights::Weights;
 
 impl Weights {
-    /// The tensors that `graph` names, in its order; what is missing stays missing.
+    /// Returns the tensors that `graph` names, in its order; what is missing stays missing.
     pub fn only(&self, graph: &Graph) -> Weights {
         let mut weights = Weights::new();
         for param in graph.params() {
@@ -48,9 +48,9 @@ impl Weights {
         Ok(graph.params().filter(|p| fresh.contains(p.name.as_str())).map(|p| p.name.clone()).collect())
     }
 
-    /// The tensors of `graph` out of networks that were trained apart: `stream.…` is the tensor `…` of the
-    /// parent of that name, `shared.…` is `…` of all of them, and must be the same in each; every other
-    /// tensor comes from `others`.
+    /// Takes the tensors of `graph` out of networks that were trained apart: `stream.…` is the tensor `…` of the parent
+    /// of that name, `shared.…` is `…` of all of them, and must be the same in each. Every other tensor comes from
+    /// `others`.
     ///
     /// # Errors
     /// A shared tensor that differs between parents, or one that is missing or misshaped, by name.
@@ -82,9 +82,9 @@ impl Weights {
         Ok(weights)
     }
 
-    /// How much training changed every convolution of `graph`, in its order: the mean squared difference between the
-    /// kernels in `self` and in `tuned`, both scaled to 0..1 (Rouhafzay et al. 2021, Figs. 3 and 4). A kernel whose
-    /// values are all the same counts as zeros.
+    /// Computes how much training changed every convolution of `graph`, in its order: the mean squared difference
+    /// between the kernels in `self` and in `tuned`, both scaled to 0..1 (Rouhafzay et al. 2021, Figs. 3 and 4). A
+    /// kernel whose values are all the same counts as zeros.
     ///
     /// # Errors
     /// Weights that do not fit the graph, by name.
@@ -105,7 +105,7 @@ impl Weights {
     }
 }
 
-/// Values scaled to 0..1.
+/// Scales values to 0..1.
 fn unit(values: &[f32]) -> impl Iterator<Item = f64> {
     let (low, high) = values
         .iter()

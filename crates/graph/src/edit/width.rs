@@ -9,10 +9,10 @@ use crate::settings::check_width_mult;
 use crate::shape::describe;
 
 impl Graph {
-    /// The same network with `width_mult` times the channels in every convolution, linear layer and LSTM, rounded to the
-    /// nearest number and at least 1: the width multiplier of Howard et al. (MobileNets, 2017). What decides how many
-    /// values an output has stays as it is. Depthwise convolutions and slices of channels follow their inputs. Names of
-    /// nodes and tensors stay, and fresh weights are drawn by the same rules.
+    /// Returns the same network with `width_mult` times the channels in every convolution, linear layer and LSTM,
+    /// rounded to the nearest number and at least 1: the width multiplier of Howard et al. (MobileNets, 2017). What
+    /// decides how many values an output has stays as it is. Depthwise convolutions and slices of channels follow their
+    /// inputs. Names of nodes and tensors stay, and fresh weights are drawn by the same rules.
     ///
     /// # Errors
     /// A multiplier that is not above 0 and at most 4; channels that do not fit together any more, such as a slice that
@@ -58,7 +58,7 @@ impl Graph {
         Graph::new(self.name.clone(), nodes, self.outputs.clone(), self.loss_weights.clone())
     }
 
-    /// The layers that decide how many values the outputs have: the first on every way back from an output.
+    /// Finds the layers that decide how many values the outputs have: the first on every way back from an output.
     pub(crate) fn heads(&self) -> BTreeSet<NodeId> {
         let (mut heads, mut seen) = (BTreeSet::new(), BTreeSet::new());
         let mut open: Vec<NodeId> = self.outputs.iter().map(|(_, id)| *id).collect();

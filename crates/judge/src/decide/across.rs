@@ -90,7 +90,7 @@ pub fn rank(sets: &[Contest], alpha: f64) -> Result<Option<Across>> {
     Ok(Some(across))
 }
 
-/// Scores as numbers that are higher for the better.
+/// Turns scores into numbers that are higher for the better.
 fn merits(primary: &Primary, scores: &[Vec<f64>]) -> Vec<Vec<f64>> {
     scores.iter().map(|row| row.iter().map(|score| primary.merit(*score)).collect()).collect()
 }

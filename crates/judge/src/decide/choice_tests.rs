@@ -321,7 +321,7 @@ fn a_wish_outside_its_range_is_refused() {
     );
 }
 
-/// `large` trained clean and under faults, on five folds; hardening costs a point and saves ten.
+/// Makes `large` trained clean and under faults, on five folds; hardening costs a point and saves ten.
 fn hardened() -> (Comparison, Judgement) {
     let players =
         vec![player("large", 10.0, LARGE), player("large.hardened", 9.0, LARGE), player("poor", 0.1, POOR)];

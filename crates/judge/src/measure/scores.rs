@@ -7,7 +7,7 @@ use super::parts::PartOutcome;
 use crate::error::Result;
 use crate::values::{FaultCurve, FoldLoss, NetworkStress, Primary, Score};
 
-/// Scores over all parts.
+/// Computes the scores over all parts.
 pub(super) fn score(task: &Task, outcomes: &[&PartOutcome]) -> Result<Score> {
     Ok(Score {
         score: pooled(task, outcomes),

@@ -112,7 +112,7 @@ pub fn stress(
     })
 }
 
-/// Scores of one network, clean and under every fault.
+/// Computes the scores of one network, clean and under every fault.
 fn network(
     case: &Case,
     name: &str,
@@ -144,12 +144,12 @@ fn network(
     Ok(NetworkStress { folds: folds(task, &saved), other, ..stressed(&primary, name, clean, curves) })
 }
 
-/// Scores of one network on samples that are broken so.
+/// Computes the scores of one network on samples that are broken so.
 fn under(task: &Task, outcomes: &[&PartOutcome], broken: Corruption) -> Result<Score> {
     score(task, &outcomes.iter().copied().filter(|a| a.broken == broken).collect::<Vec<_>>())
 }
 
-/// Scores of one network under every fault, beside what it has on unbroken samples.
+/// Computes the scores of one network under every fault, beside what it has on unbroken samples.
 fn curves(
     task: &Task,
     outcomes: &[&PartOutcome],

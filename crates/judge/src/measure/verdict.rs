@@ -9,7 +9,7 @@ use crate::values::{FaultCurve, FaultInfo, NetworkStress, Primary};
 /// Percentage points below which a loss is not worth a word; of values as [`Primary::share`] says.
 const SMALL: f64 = 2.0;
 
-/// Names the fault that breaks a network first and the faults that it stands, with the reason where its inputs explain it.
+/// Says which fault breaks a network first and which faults it stands, with the reason where its inputs explain it.
 pub(super) fn verdict(
     primary: &Primary,
     network: &NetworkStress,

@@ -94,7 +94,7 @@ fn early() -> Value {
     json!({"samples": 40, "of": 120, "ticks": 50, "padding": "zero", "networks": NETWORKS.map(network)})
 }
 
-/// A judgement with every part that a report shows.
+/// Makes a judgement with every part that a report shows.
 pub(super) fn judgement() -> Judgement {
     let environment = json!({
         "taxel": "0.1.0", "commit": "0123abc", "optimised": true, "platform": "linux-x86_64", "cpu": HOSTILE, "cores": 2,
@@ -125,7 +125,7 @@ pub(super) fn judgement() -> Judgement {
     serde_json::from_value(value).unwrap()
 }
 
-/// A choice of the judgement.
+/// Makes a choice of the judgement.
 pub(super) fn choice() -> Choice {
     let criteria = Criteria { cost: CostKind::Latency, alpha: 0.05, max_loss: None, margin: Some(5.0) };
     let evidence = |network: &str, difference: f64| Evidence {

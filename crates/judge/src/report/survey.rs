@@ -248,7 +248,7 @@ mod tests {
     use taxel_data::{ReadOptions, Survey};
     use tempfile::tempdir;
 
-    /// Forty recordings of two classes and three channels: one never moves, one hits its ceiling, all rise from
+    /// Writes forty recordings of two classes and three channels: one never moves, one hits its ceiling, all rise from
     /// sample to sample, and the mean tells the classes apart. The last is a copy of the one before.
     fn set(folder: &Path, unequal: bool) {
         for (class, offset) in [("soft", 0.0), (HOSTILE, 5.0)] {

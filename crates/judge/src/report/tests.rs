@@ -24,7 +24,7 @@ fn file<'a>(report: &'a Report, name: &str) -> &'a str {
     std::str::from_utf8(bytes).unwrap()
 }
 
-/// Rows of a CSV by the names of its columns.
+/// Reads the rows of a CSV by the names of its columns.
 fn read(report: &Report, name: &str) -> Vec<BTreeMap<String, String>> {
     let mut reader = csv::Reader::from_reader(file(report, &format!("tables/{name}.csv")).as_bytes());
     reader.deserialize().map(|row| row.unwrap()).collect()
@@ -370,7 +370,7 @@ fn several_runs_share_a_page_of_ranks() {
     }
 }
 
-/// The layers of eleven deep networks are a chart of 12,000 units.
+/// Draws a chart of 12,000 units: so tall are the layers of eleven deep networks.
 #[test]
 fn a_drawing_may_be_very_tall() {
     let canvas = Canvas::new(760.0, 12_000.0, Paint::Print);

@@ -13,20 +13,20 @@ const SIDE: usize = 16;
 /// Rows that stay in the cache while several vectors pass by.
 const ROWS: usize = 8;
 
-/// Scalar products of `x` with `rows`, each as long.
+/// Computes the scalar products of `x` with `rows`, each as long.
 pub fn dots(rows: &[f32], x: &[f32], products: &mut [f64]) {
     exactly("rows", rows.len(), x.len() * products.len());
     run_dots(rows, x, products);
 }
 
-/// [`dots`] with rows in double precision.
+/// Computes [`dots`] with rows in double precision.
 pub fn wide_dots(rows: &[f64], x: &[f32], products: &mut [f64]) {
     exactly("rows", rows.len(), x.len() * products.len());
     run_wide_dots(rows, x, products);
 }
 
-/// Squared distances of every vector in `xs` from every one of `rows`, all of length `width`: vectors × rows.
-/// Differences are taken in double precision or, if `narrow`, rounded to floats.
+/// Computes the squared distances of every vector in `xs` from every one of `rows`, all of length `width`: vectors ×
+/// rows. Differences are taken in double precision or, if `narrow`, rounded to floats.
 pub fn squares(width: usize, rows: &[f32], xs: &[f32], narrow: bool, distances: &mut [f64]) {
     assert!(width > 0 && rows.len().is_multiple_of(width), "rows of {width}");
     assert!(xs.len().is_multiple_of(width), "vectors of {width}");
@@ -47,6 +47,8 @@ at_level! {
     fn wide_squares(width: usize, rows: &[f32], xs: &[f32], distances: &mut [f64]) = wide_squares_at
 }
 
+/// Computes [`dots`], compiled for the vectors of `S`.
+///
 /// # Safety
 /// The CPU has the features of `S`.
 #[inline(always)]
@@ -56,6 +58,8 @@ unsafe fn dots_at<S: Simd>(rows: &[f32], x: &[f32], products: &mut [f64]) {
     }
 }
 
+/// Computes [`wide_dots`], compiled for the vectors of `S`.
+///
 /// # Safety
 /// The CPU has the features of `S`.
 #[inline(always)]
@@ -65,6 +69,8 @@ unsafe fn wide_dots_at<S: Simd>(rows: &[f64], x: &[f32], products: &mut [f64]) {
     }
 }
 
+/// Computes [`squares`] of differences that are rounded to floats, compiled for the vectors of `S`.
+///
 /// # Safety
 /// The CPU has the features of `S`.
 #[inline(always)]
@@ -75,6 +81,8 @@ unsafe fn narrow_squares_at<S: Simd>(width: usize, rows: &[f32], xs: &[f32], dis
     });
 }
 
+/// Computes [`squares`] of differences in double precision, compiled for the vectors of `S`.
+///
 /// # Safety
 /// The CPU has the features of `S`.
 #[inline(always)]
@@ -90,8 +98,8 @@ unsafe fn wide_squares_at<S: Simd>(width: usize, rows: &[f32], xs: &[f32], dista
     }
 }
 
-/// The sum of `term` over every pair of a vector and a row: `N` vectors and `M` rows at a time, some rows for all
-/// vectors.
+/// Computes the sum of `term` for every pair of a vector and a row: `N` vectors and `M` rows at a time, some rows for
+/// all vectors.
 #[inline(always)]
 fn pairwise<const N: usize, const M: usize>(
     width: usize,
@@ -125,8 +133,8 @@ fn pairwise<const N: usize, const M: usize>(
     }
 }
 
-/// The sum of `term` over the values of each of `N` vectors and each of `M` rows as long. However many there are, a
-/// pair's terms are added in the same order.
+/// Returns the sum of `term` over the values of each of `N` vectors and each of `M` rows as long. However many there
+/// are, a pair's terms are added in the same order.
 #[inline(always)]
 fn sum<T, const N: usize, const M: usize>(
     xs: [&[f32]; N],

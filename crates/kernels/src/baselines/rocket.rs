@@ -59,7 +59,7 @@ pub struct RocketMemory {
     counts: Buffer,
 }
 
-/// Values of one vector on this CPU.
+/// Returns the number of values of one vector on this CPU.
 fn lanes() -> usize {
     match level() {
         Level::Portable => 4,
@@ -69,7 +69,7 @@ fn lanes() -> usize {
 }
 
 impl Rocket {
-    /// Convolutions of recordings of `channels` × `length`.
+    /// Makes the convolutions of recordings of `channels` × `length`.
     pub fn new(channels: usize, length: usize, convolutions: Vec<Dilated>) -> Self {
         let lanes = lanes();
         for convolution in &convolutions {
@@ -97,12 +97,12 @@ impl Rocket {
         Rocket { channels, length, margin, row, convolutions, biases, features }
     }
 
-    /// The convolutions.
+    /// Returns the convolutions.
     pub fn convolutions(&self) -> &[Dilated] {
         &self.convolutions
     }
 
-    /// Memory for one thread.
+    /// Makes the memory for one thread.
     pub fn work(&self) -> RocketMemory {
         let most = self.convolutions.iter().map(|convolution| convolution.biases.len()).max().unwrap_or(0);
         RocketMemory {
@@ -112,15 +112,15 @@ impl Rocket {
         }
     }
 
-    /// Share of the counted positions at which each convolution of `recording`, channel after channel, lies above each
-    /// of its thresholds.
+    /// Computes the share of the counted positions at which each convolution of `recording`, channel after channel,
+    /// lies above each of its thresholds.
     pub fn shares(&self, recording: &[f32], work: &mut RocketMemory, features: &mut [f32]) {
         self.pad(recording, work);
         exactly("features", features.len(), self.features);
         shares(self, work, features);
     }
 
-    /// The values of convolution number `which` of `recording`, one per position.
+    /// Computes the values of convolution number `which` of `recording`, one per position.
     pub fn convolve(&self, which: usize, recording: &[f32], work: &mut RocketMemory, output: &mut [f32]) {
         exactly("output of a convolution", output.len(), self.length);
         self.pad(recording, work);
@@ -128,7 +128,7 @@ impl Rocket {
         output.copy_from_slice(&work.output[..self.length]);
     }
 
-    /// Thresholds of all convolutions.
+    /// Returns the number of thresholds of all convolutions.
     pub fn features(&self) -> usize {
         self.features
     }
@@ -148,6 +148,8 @@ at_level! {
     fn convolve(rocket: &Rocket, which: usize, work: &mut RocketMemory) = convolve_at
 }
 
+/// Computes [`Rocket::shares`] of the padded recording in `work`, with vectors of `S`.
+///
 /// # Safety
 /// The CPU has the features of `S`, for whose vectors the rocket was made.
 #[inline(always)]
@@ -170,7 +172,7 @@ unsafe fn shares_at<S: Simd>(rocket: &Rocket, work: &mut RocketMemory, mut featu
     }
 }
 
-/// Values of a convolution at all positions, and some more, into `work.output`.
+/// Writes the values of a convolution at all positions, and some more, to `work.output`.
 ///
 /// # Safety
 /// The CPU has the features of `S`.
@@ -204,7 +206,7 @@ unsafe fn convolve_at<S: Simd>(rocket: &Rocket, which: usize, work: &mut RocketM
     }
 }
 
-/// How many of `values` lie above each of `limits`, which are whole vectors.
+/// Counts how many of `values` lie above each of `limits`, which are whole vectors.
 ///
 /// # Safety
 /// The CPU has the features of `S`.
@@ -226,7 +228,7 @@ unsafe fn counts_at<S: Simd>(values: &[f32], limits: &[f32], counts: &mut [f32])
     }
 }
 
-/// Counts of `N` vectors of limits, each over every `U`-th value; gives `N`.
+/// Counts for `N` vectors of limits, in `U` sums that each take every `U`-th value; returns `N`.
 ///
 /// # Safety
 /// The CPU has the features of `S`.
@@ -273,7 +275,7 @@ unsafe fn block<S: Simd, const N: usize, const U: usize>(
 mod tests {
     use super::*;
 
-    /// By the definition, one value at a time.
+    /// Computes a convolution by the definition, one value at a time.
     fn plainly(convolution: &Dilated, recording: &[f32], length: usize) -> Vec<f32> {
         let mut output = vec![0.0f32; length];
         for &channel in &convolution.channels {

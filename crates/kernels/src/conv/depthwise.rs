@@ -56,7 +56,7 @@ impl Depthwise {
         Depthwise { sizes, offsets, band_rows }
     }
 
-    /// Rows of outputs whose padded input stays in cache.
+    /// Returns the number of rows of outputs whose padded input stays in cache.
     pub fn band_rows(&self) -> usize {
         self.band_rows
     }
@@ -72,7 +72,7 @@ impl Depthwise {
         Image { window, padded, channels, offsets: &self.offsets }
     }
 
-    /// The outputs of a band.
+    /// Computes the outputs of a band.
     pub fn forward(&self, padded: Padded, weight: &[f32], begin: Begin, y: &mut [f32]) {
         at_least("output of a convolution", y.len(), self.sizes.y_len());
         let y = &mut y[self.sizes.outputs(&padded.band)];
@@ -88,7 +88,7 @@ impl Depthwise {
 }
 
 impl Image<'_> {
-    /// A window's first position in the padded image.
+    /// Returns a window's first position in the padded image.
     #[inline(always)]
     fn first(&self, position: usize) -> usize {
         let [d, r, c] = self.window.unravel(position);
@@ -109,10 +109,12 @@ impl Image<'_> {
 }
 
 at_level! {
-    /// `y = conv(x) + bias` of a padded image, written or added to `y`.
+    /// Computes `y = conv(x)` of a padded image: plus a bias, or added to `y`, as `begin` says.
     fn forward(image: &Image, x: &[f32], weight: &[f32], begin: Begin, y: &mut [f32]) = forward_at
 }
 
+/// Computes [`forward`] with vectors of `S`.
+///
 /// # Safety
 /// The CPU has the features of `S`.
 #[inline(always)]
@@ -159,6 +161,8 @@ at_level! {
     fn backward_weight(image: &Image, x: &[f32], dy: &[f32], dweight: &mut [f32]) = backward_weight_at
 }
 
+/// Computes [`backward_weight`] with vectors of `S`.
+///
 /// # Safety
 /// The CPU has the features of `S`.
 #[inline(always)]
@@ -194,6 +198,8 @@ at_level! {
     pub(crate) fn scatter(sizes: &ConvSizes, dy: &[f32], weight: &[f32], dx: &mut [f32]) = scatter_at
 }
 
+/// Computes [`scatter`] with vectors of `S`.
+///
 /// # Safety
 /// The CPU has the features of `S`.
 #[inline(always)]

@@ -90,7 +90,7 @@ impl Direct {
         self.sizes.weight_len()
     }
 
-    /// `y` from a padded image.
+    /// Computes `y` from a padded image.
     pub fn forward(&self, padded: &[f32], weight: &[f32], begin: Begin, y: &mut [f32]) {
         at_least("padded input of a convolution", padded.len(), self.padded_len);
         at_least("weights of a convolution", weight.len(), self.weight_len());
@@ -114,7 +114,7 @@ impl Direct {
         }
     }
 
-    /// Some filters of one group, at all positions.
+    /// Computes some filters of one group, at all positions.
     ///
     /// # Safety
     /// `columns` lie inside a group's filters. `padded` holds `padded_len` values, `weight` and `y` those of

@@ -25,17 +25,17 @@ impl Halo {
         Halo { input, before, padded, channels: sizes.channels }
     }
 
-    /// Values of the whole padded image.
+    /// Returns the number of values of the whole padded image.
     pub fn len(&self) -> usize {
         self.padded.iter().product::<usize>() * self.channels
     }
 
-    /// Rows of the padded image, over all depths.
+    /// Returns the number of rows of the padded image, over all depths.
     pub fn rows(&self) -> usize {
         self.padded[0] * self.padded[1]
     }
 
-    /// The input of a band, seen through `view`, with its halo; `x` itself where that is the same.
+    /// Returns the input of a band, seen through `view`, with its halo; `x` itself where that is the same.
     pub fn pad<'a>(&self, x: &'a [f32], view: &AffineView, band: Band, scratch: &'a mut [f32]) -> Padded<'a> {
         let Halo { input, before, channels: c, .. } = *self;
         let x_len = input.iter().product::<usize>() * c;

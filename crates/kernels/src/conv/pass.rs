@@ -46,7 +46,7 @@ impl Algorithm {
 }
 
 impl ConvPass {
-    /// The plan; with `fewer` products where the sizes allow.
+    /// Makes the plan; with `fewer` products where the sizes allow.
     pub fn new(sizes: ConvSizes, fewer: bool) -> Self {
         let algorithm = Algorithm::choose(sizes, fewer);
         let whole = (sizes.reach(), sizes.window.output[1]);
@@ -66,12 +66,12 @@ impl ConvPass {
         }
     }
 
-    /// Values of one padded image.
+    /// Returns the number of values of one padded image.
     pub fn padded_len(&self) -> usize {
         self.halo.len()
     }
 
-    /// The pieces in which it goes over an image.
+    /// Returns the pieces in which it goes over an image.
     pub fn bands(&self) -> impl Iterator<Item = Band> + use<> {
         let (Window3 { output, stride, .. }, extent) = (self.sizes.window, self.sizes.extent());
         let (most, all) = (self.band_rows, self.halo.rows());
@@ -90,7 +90,7 @@ impl ConvPass {
         self.halo.pad(x, view, band, scratch)
     }
 
-    /// Values of the packed weights; none where the weights are wanted as they are.
+    /// Returns the number of packed weights: 0 where the weights are wanted as they are.
     pub fn packed_len(&self) -> usize {
         match &self.algorithm {
             Algorithm::Direct(_) | Algorithm::Depthwise(_) => 0,
@@ -105,7 +105,7 @@ impl ConvPass {
         }
     }
 
-    /// Values of scratch beside the padded image.
+    /// Returns the number of values of scratch beside the padded image.
     pub fn work_len(&self) -> usize {
         match &self.algorithm {
             Algorithm::Direct(_) | Algorithm::Depthwise(_) => 0,
@@ -113,7 +113,7 @@ impl ConvPass {
         }
     }
 
-    /// The outputs of a band. Reads `packed` in place of `weight` where there is any.
+    /// Computes the outputs of a band. Reads `packed` in place of `weight` where there is any.
     pub fn forward(
         &self,
         padded: Padded,
@@ -130,7 +130,7 @@ impl ConvPass {
         }
     }
 
-    /// Values of the sums of [`ConvPass::backward_weight`].
+    /// Returns the number of sums of [`ConvPass::backward_weight`].
     pub fn sums_len(&self) -> usize {
         match &self.algorithm {
             Algorithm::Direct(_) | Algorithm::Depthwise(_) => self.sizes.weight_len(),
@@ -157,7 +157,7 @@ impl ConvPass {
         }
     }
 
-    /// The weights of the turned convolution, in the order of weights that are not packed.
+    /// Writes the weights of the turned convolution, in the order of weights that are not packed.
     pub fn turn(&self, weight: &[f32], turned: &mut [f32]) {
         let ConvSizes { window, channels, groups, .. } = self.sizes;
         match &self.algorithm {

@@ -49,9 +49,8 @@ impl ConvSizes {
         sizes
     }
 
-    /// The convolution that makes the input's gradient from the output's: the kernel turned round, channels
-    /// in and out exchanged. There is one where windows move by single steps, and no output sees the halo
-    /// alone.
+    /// Returns the convolution that makes the input's gradient from the output's: the kernel turned round, channels
+    /// in and out exchanged. There is one where windows move by single steps, and no output sees the halo alone.
     pub fn turned(&self) -> Option<Self> {
         let Window3 { input, output, kernel, stride, before } = self.window;
         let extent = self.extent();
@@ -62,7 +61,7 @@ impl ConvSizes {
         })
     }
 
-    /// Input positions from the first under a window to the last.
+    /// Returns the number of input positions from the first under a window to the last.
     pub fn extent(&self) -> [usize; 3] {
         std::array::from_fn(|a| {
             let gaps = (self.window.kernel[a] - 1).checked_mul(self.dilation[a]);
@@ -70,24 +69,25 @@ impl ConvSizes {
         })
     }
 
-    /// Along `axis`, the kernel values of the window at output `out` that meet inputs, and the input that the
+    /// Returns the kernel values of the window at output `out` along `axis` that meet inputs, and the input that the
     /// first of them meets.
     pub fn inside(&self, axis: usize, out: usize) -> (Range<usize>, usize) {
         self.window.inside_dilated(axis, out, self.dilation[axis])
     }
 
-    /// Offset of each kernel value's input from that of the first, in an image of size `padded`.
+    /// Returns a function that gives the offset of each kernel value's input from that of the first, in an image of
+    /// size `padded`.
     pub fn offsets(&self, padded: [usize; 3]) -> impl Fn([usize; 3]) -> usize + use<> {
         let [depth, row, column] = self.dilation;
         move |[d, r, c]| (d * depth * padded[1] + r * row) * padded[2] + c * column
     }
 
-    /// Whether every channel is a group of its own.
+    /// Checks whether every channel is a group of its own.
     pub fn is_depthwise(&self) -> bool {
         self.groups > 1 && self.groups == self.channels && self.groups == self.filters
     }
 
-    /// Size of the input with its halo, as far as windows reach.
+    /// Returns the size of the input with its halo, as far as windows reach.
     pub fn reach(&self) -> [usize; 3] {
         let (Window3 { output, stride, .. }, extent) = (self.window, self.extent());
         std::array::from_fn(|a| {
@@ -95,32 +95,32 @@ impl ConvSizes {
         })
     }
 
-    /// Values of one input image.
+    /// Returns the number of values of one input image.
     pub fn x_len(&self) -> usize {
         self.window.input_len() * self.channels
     }
 
-    /// Values of one output image.
+    /// Returns the number of values of one output image.
     pub fn y_len(&self) -> usize {
         self.window.output_len() * self.filters
     }
 
-    /// Kernel values that meet in one output value.
+    /// Returns the number of kernel values that meet in one output value.
     pub fn depth(&self) -> usize {
         self.window.volume() * self.channels / self.groups
     }
 
-    /// Number of weights.
+    /// Returns the number of weights.
     pub fn weight_len(&self) -> usize {
         self.depth() * self.filters
     }
 
-    /// Channels and filters of one group.
+    /// Returns the number of channels and of filters of one group.
     pub fn of_group(&self) -> [usize; 2] {
         [self.channels / self.groups, self.filters / self.groups]
     }
 
-    /// Where the outputs of a band lie.
+    /// Returns where the outputs of a band lie.
     pub fn outputs(&self, band: &Band) -> Range<usize> {
         let output = self.window.output;
         if band.rows == output[1] {
@@ -131,7 +131,7 @@ impl ConvSizes {
     }
 }
 
-/// A size along an axis of the padded input.
+/// Returns a size along an axis of the padded input; panics where it overflows.
 #[expect(clippy::expect_used, reason = "sizes that overflow are a programming error of the caller")]
 fn fits(size: Option<usize>) -> usize {
     size.expect("no memory holds a padded input of this size")

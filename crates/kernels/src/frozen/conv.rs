@@ -50,7 +50,7 @@ struct FilterPanel {
 }
 
 impl Conv {
-    /// A convolution along `route`.
+    /// Makes a convolution along `route`.
     ///
     /// `weight` lies as group × kernel × channels in × channels out, as [`crate::conv`] has it; `bias` is one value per
     /// filter. Rows and depths outside the image count as zeros; columns outside are read, so the margins must be as
@@ -96,7 +96,7 @@ impl Conv {
         Conv { to, addend, rectifier, step, run, lines, panels, weights, bias, reach }
     }
 
-    /// `y = rectifier(conv(x) + bias + addend)`.
+    /// Computes `y = rectifier(conv(x) + bias + addend)`.
     pub fn run(&self, x: &[f32], addend: Option<&[f32]>, y: &mut [f32]) {
         at_least("input of a frozen convolution", x.len(), self.reach);
         at_least("output of a frozen convolution", y.len(), self.to.end());
@@ -110,7 +110,7 @@ impl Conv {
         }
     }
 
-    /// The filters of one panel, at all positions.
+    /// Computes the filters of one panel, at all positions.
     ///
     /// # Safety
     /// `x` holds `reach` values, `y` those up to the end of `to`, `addend`, where there is one, those up to its end.
@@ -150,14 +150,14 @@ impl Conv {
     }
 }
 
-/// Columns of zeros that windows reach before and after every row.
+/// Returns the number of columns of zeros that windows reach before and after every row.
 pub fn margins(window: &Window3, dilation: [usize; 3]) -> [usize; 2] {
     let Window3 { input, output, kernel, stride, before } = *window;
     let reach = (output[2].max(1) - 1) * stride[2] + (kernel[2] - 1) * dilation[2] + 1;
     [before[2], reach.saturating_sub(before[2] + input[2])]
 }
 
-/// Every row of outputs, and what of the kernel lies over the image: depths and rows.
+/// Returns every row of outputs, and every part of the kernel that lies over the image: depths and rows.
 pub(super) fn lines_of(
     window: &Window3,
     dilation: [usize; 3],
@@ -194,7 +194,8 @@ pub(super) fn lines_of(
     (lines, cuts)
 }
 
-/// Stretches of inputs under one cut: start from the line's own, and number of products before it in the kernel.
+/// Returns the stretches of inputs under one cut: start from the line's own, and number of products before it in the
+/// kernel.
 pub(super) fn taps_of(
     window: &Window3,
     dilation: [usize; 3],
@@ -217,7 +218,7 @@ pub(super) fn taps_of(
     taps
 }
 
-/// Panels of all groups and their weights, one after the other: kernel × channels × filters of the panel.
+/// Packs the weights of all groups into panels, one after the other: kernel × channels × filters of the panel.
 fn pack(
     weight: &[f32],
     depth: usize,

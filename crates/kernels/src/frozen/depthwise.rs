@@ -34,7 +34,7 @@ struct DepthwiseRow {
 }
 
 impl Depthwise {
-    /// A convolution along `route`, which adds nothing; `weight` lies as kernel × channels. Margins as in
+    /// Makes a convolution along `route`, which adds nothing; `weight` lies as kernel × channels. Margins are as in
     /// [`Conv::new`](super::Conv::new).
     pub fn new(window: &Window3, dilation: [usize; 3], weight: &[f32], bias: &[f32], route: Route) -> Self {
         let Route { from, to, addend, rectifier } = route;
@@ -59,7 +59,7 @@ impl Depthwise {
         Depthwise { to, columns: kernel[2], tap, step, lines, weights, bias, rectifier, reach }
     }
 
-    /// `y = rectifier(conv(x) + bias)`.
+    /// Computes `y = rectifier(conv(x) + bias)`.
     pub fn run(&self, x: &[f32], y: &mut [f32]) {
         run(self, x, y);
     }
@@ -69,6 +69,8 @@ at_level! {
     fn run(conv: &Depthwise, x: &[f32], y: &mut [f32]) = run_at
 }
 
+/// Computes [`Depthwise::run`] with vectors of `S`.
+///
 /// # Safety
 /// The CPU has the features of `S`.
 #[inline(always)]
@@ -99,7 +101,7 @@ unsafe fn run_at<S: Simd>(conv: &Depthwise, x: &[f32], y: &mut [f32]) {
     }
 }
 
-/// Lanes `c..c + n` of `B` outputs from `column` on.
+/// Computes lanes `c..c + n` of `B` outputs from `column` on.
 ///
 /// # Safety
 /// The CPU has the features of `S`; `x` holds `reach` values, `y` those up to the end of `to`; `c + n` is at most

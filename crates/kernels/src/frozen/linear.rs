@@ -29,7 +29,7 @@ struct OutputPanel {
     weights: usize,
 }
 
-/// Values of one vector on this CPU.
+/// Returns the number of values of one vector on this CPU.
 fn lanes() -> usize {
     match level() {
         Level::Portable => 4,
@@ -39,7 +39,7 @@ fn lanes() -> usize {
 }
 
 impl Linear {
-    /// `weight` lies as inputs × outputs.
+    /// Makes a layer; `weight` lies as inputs × outputs.
     pub fn new(inputs: usize, outputs: usize, weight: &[f32]) -> Self {
         exactly("weights of a linear layer", weight.len(), inputs * outputs);
         let lanes = lanes();
@@ -62,17 +62,17 @@ impl Linear {
         Linear { inputs, outputs, panels, weights }
     }
 
-    /// Panels of neighbouring outputs, each of which can be computed by itself.
+    /// Returns the number of panels of neighbouring outputs, each of which can be computed by itself.
     pub fn panels(&self) -> usize {
         self.panels.len()
     }
 
-    /// `y = rectifier(x W + start)`; `x` holds the inputs, `start` and `y` the outputs.
+    /// Computes `y = rectifier(x W + start)`; `x` holds the inputs, `start` and `y` the outputs.
     pub fn run(&self, x: &[f32], start: &[f32], rectifier: Rectifier, y: &mut [f32]) {
         run(self, 0..self.panels.len(), x, start, rectifier, y);
     }
 
-    /// [`Linear::run`] for the outputs of one panel; the others stay as they are.
+    /// Runs [`Linear::run`] for the outputs of one panel; the others stay as they are.
     pub fn run_panel(&self, panel: usize, x: &[f32], start: &[f32], rectifier: Rectifier, y: &mut [f32]) {
         run(self, panel..panel + 1, x, start, rectifier, y);
     }
@@ -84,6 +84,8 @@ at_level! {
     ) = run_at
 }
 
+/// Computes the outputs of `panels` with vectors of `S`.
+///
 /// # Safety
 /// The CPU has the features of `S`.
 #[inline(always)]
@@ -112,7 +114,7 @@ unsafe fn run_at<S: Simd>(
     }
 }
 
-/// The outputs of one panel: `N` vectors, each as `U` sums over every `U`-th input.
+/// Computes the outputs of one panel: `N` vectors, each as `U` sums over every `U`-th input.
 ///
 /// # Safety
 /// The CPU has the features of `S`, for whose vectors the panels were made; `x` holds the inputs, `start` and `y` hold

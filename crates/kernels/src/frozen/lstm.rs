@@ -20,7 +20,7 @@ pub struct Lstm {
 }
 
 impl Lstm {
-    /// A layer over what lies at `from`, whose columns are the steps.
+    /// Makes a layer over what lies at `from`, whose columns are the steps.
     pub fn new(sizes: lstm::Lstm, weights: &Weights, from: ImagePlace) -> Self {
         let lstm::Lstm { channels, steps, hidden } = sizes;
         let width = 4 * hidden;
@@ -38,14 +38,14 @@ impl Lstm {
         Lstm { sizes, inputs, hidden: Linear::new(hidden, width, &hh) }
     }
 
-    /// Values of scratch that [`Lstm::run`] needs.
+    /// Returns the number of values of scratch that [`Lstm::run`] needs.
     pub fn work_len(&self) -> usize {
         let lstm::Lstm { steps, hidden, .. } = self.sizes;
         // Gates of all steps, gates of one, two cell states and their tangent.
         4 * hidden * (steps + 1) + 3 * hidden
     }
 
-    /// The hidden state after the last step into `h`.
+    /// Writes the hidden state after the last step to `h`.
     pub fn run(&self, x: &[f32], work: &mut [f32], h: &mut [f32]) {
         let lstm::Lstm { steps, hidden, .. } = self.sizes;
         at_least("scratch of an LSTM layer", work.len(), self.work_len());

@@ -32,19 +32,19 @@ pub struct Route {
 }
 
 impl Route {
-    /// Plain outputs of what lies at `from` into `to`.
+    /// Makes a route of plain outputs of what lies at `from` into `to`.
     pub fn new(from: ImagePlace, to: ImagePlace) -> Self {
         Route { from, to, addend: None, rectifier: Rectifier::None }
     }
 }
 
 impl ImagePlace {
-    /// An image that fills its buffer.
+    /// Makes the place of an image that fills its buffer.
     pub fn dense(size: [usize; 3], channels: usize) -> Self {
         Self::new(size, channels, [0; 2], channels, 0)
     }
 
-    /// An image with margins, which takes `channels` of `width` from channel `first` on.
+    /// Makes the place of an image with margins, which takes `channels` of `width` from channel `first` on.
     pub fn new(size: [usize; 3], channels: usize, margin: [usize; 2], width: usize, first: usize) -> Self {
         assert!(first + channels <= width, "channels {first}..{} do not fit into {width}", first + channels);
         let row = margin[0] + size[2] + margin[1];
@@ -53,7 +53,7 @@ impl ImagePlace {
         ImagePlace { size, channels, start: margin[0] * width + first, pitch, margin }
     }
 
-    /// Rows `first..first + count` of an image of depth 1.
+    /// Returns the place of rows `first..first + count` of an image of depth 1.
     pub fn band(&self, first: usize, count: usize) -> Self {
         assert!(
             self.size[0] == 1 && first + count <= self.size[1],
@@ -64,32 +64,32 @@ impl ImagePlace {
         ImagePlace { size: [1, count, self.size[2]], start: self.start + first * pitch[1], pitch, ..*self }
     }
 
-    /// Values of the whole buffer, margins and other channels included.
+    /// Returns the number of values of the whole buffer, margins and other channels included.
     pub fn buffer_len(&self) -> usize {
         self.size[0] * self.pitch[0]
     }
 
-    /// Positions.
+    /// Returns the number of positions.
     pub fn positions(&self) -> usize {
         self.size.iter().product()
     }
 
-    /// Values of the image.
+    /// Returns the number of values of the image.
     pub fn len(&self) -> usize {
         self.positions() * self.channels
     }
 
-    /// Whether there is no value.
+    /// Checks whether there is no value.
     pub fn is_empty(&self) -> bool {
         self.channels == 0 || self.size.contains(&0)
     }
 
-    /// Index of the first channel at (depth, row, column).
+    /// Returns the index of the first channel at (depth, row, column).
     pub fn at(&self, position: [usize; 3]) -> usize {
         self.start + (0..3).map(|a| position[a] * self.pitch[a]).sum::<usize>()
     }
 
-    /// One past the last value; panics where no memory could hold it.
+    /// Returns the index one past the last value; panics where no memory could hold it.
     pub fn end(&self) -> usize {
         if self.is_empty() {
             return self.start;
@@ -102,12 +102,12 @@ impl ImagePlace {
         end.expect("no memory holds values that lie so far apart")
     }
 
-    /// Whether the values fill the buffer without a gap.
+    /// Checks whether the values fill the buffer without a gap.
     pub fn is_dense(&self) -> bool {
         self.start == 0 && self.buffer_len() == self.len()
     }
 
-    /// The same positions as one row, where all neighbours are equally far from each other.
+    /// Returns the same positions as one row where all neighbours are equally far from each other, else `None`.
     pub fn line(&self) -> Option<Self> {
         let [_, rows, columns] = self.size;
         let even = self.pitch[1] == columns * self.pitch[2] && self.pitch[0] == rows * self.pitch[1];
@@ -117,7 +117,7 @@ impl ImagePlace {
         })
     }
 
-    /// Starts of the rows.
+    /// Returns the starts of the rows.
     pub(crate) fn rows(&self) -> impl Iterator<Item = usize> + use<> {
         let place = *self;
         (0..place.size[0]).flat_map(move |d| (0..place.size[1]).map(move |r| place.at([d, r, 0])))

@@ -60,7 +60,7 @@ pub struct Pool {
 }
 
 impl Pool {
-    /// The pooling of what lies at `from` into `to`; `axes` hold a reach per output, over depth, rows, columns.
+    /// Makes the pooling of what lies at `from` into `to`; `axes` hold a reach per output, over depth, rows, columns.
     pub fn new(pooling: Pooling, axes: [Vec<Reach>; 3], from: ImagePlace, to: ImagePlace) -> Self {
         assert!(from.channels == to.channels, "{from:?} to {to:?}: the channels stay");
         for (axis, reaches) in axes.iter().enumerate() {
@@ -71,7 +71,7 @@ impl Pool {
         Pool { pooling, from, to, axes }
     }
 
-    /// Every output from its window.
+    /// Computes every output from its window.
     pub fn run(&self, x: &[f32], y: &mut [f32]) {
         match self.pooling {
             Pooling::Max => max(self, x, y),
@@ -84,6 +84,8 @@ at_level! {
     fn max(pool: &Pool, x: &[f32], y: &mut [f32]) = max_at
 }
 
+/// Computes the largest value of every window with vectors of `S`.
+///
 /// # Safety
 /// The CPU has the features of `S`.
 #[inline(always)]
@@ -96,6 +98,8 @@ at_level! {
     fn mean(pool: &Pool, x: &[f32], y: &mut [f32]) = mean_at
 }
 
+/// Computes the mean of every window with vectors of `S`.
+///
 /// # Safety
 /// The CPU has the features of `S`.
 #[inline(always)]
@@ -104,6 +108,8 @@ unsafe fn mean_at<S: Simd>(pool: &Pool, x: &[f32], y: &mut [f32]) {
     unsafe { run_at::<S, false>(pool, x, y) }
 }
 
+/// Computes the largest value of every window if `MAX`, else its mean, with vectors of `S`.
+///
 /// # Safety
 /// The CPU has the features of `S`.
 #[inline(always)]

@@ -24,7 +24,7 @@ pub(super) fn columns(
     }
 }
 
-/// `y = view(x)`.
+/// Computes `y = view(x)`.
 pub fn map(view: &AffineView, from: &ImagePlace, x: &[f32], to: &ImagePlace, y: &mut [f32]) {
     at_least("values to be moved", x.len(), from.end());
     at_least("room for values", y.len(), to.end());
@@ -45,7 +45,7 @@ at_level! {
     ) = apart_at
 }
 
-/// [`map`] of one row whose columns start `from` and `to` values apart.
+/// Computes [`map`] of one row whose columns start `from` and `to` values apart.
 ///
 /// # Safety
 /// The CPU has the features of `S`.
@@ -80,12 +80,12 @@ unsafe fn apart_at<S: Simd>(
     });
 }
 
-/// `y = x`.
+/// Copies `x` to `y`.
 pub fn copy(from: &ImagePlace, x: &[f32], to: &ImagePlace, y: &mut [f32]) {
     map(&AffineView::default(), from, x, to, y);
 }
 
-/// `y = y + x`.
+/// Adds `x` to `y`.
 pub fn add(from: &ImagePlace, x: &[f32], to: &ImagePlace, y: &mut [f32]) {
     at_least("values to be added", x.len(), from.end());
     at_least("room for values", y.len(), to.end());

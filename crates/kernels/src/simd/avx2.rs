@@ -15,7 +15,7 @@ const LANE: [i32; 8] = [0, 1, 2, 3, 4, 5, 6, 7];
 // which the caller has checked; loads and stores need no alignment.
 #[allow(clippy::undocumented_unsafe_blocks)]
 impl Avx2 {
-    /// The mask of the first `n` lanes.
+    /// Returns the mask of the first `n` lanes.
     #[inline(always)]
     unsafe fn first(n: usize) -> __m256i {
         unsafe {

@@ -9,7 +9,7 @@ use super::vector::Simd;
 pub(crate) struct Avx512;
 
 impl Avx512 {
-    /// The mask of the first `n` lanes.
+    /// Returns the mask of the first `n` lanes.
     #[inline(always)]
     fn first(n: usize) -> __mmask16 {
         ((1u32 << n) - 1) as __mmask16

@@ -24,8 +24,8 @@ impl Level {
     }
 }
 
-/// The widest level of this CPU. `TAXEL_SIMD=portable` or `avx2` asks for a narrower one;
-/// no other value changes anything. [`matmul`](crate::matmul) knows nothing of it: `gemm` asks the CPU by itself.
+/// Returns the widest level of this CPU. `TAXEL_SIMD=portable` or `avx2` asks for a narrower one; no other value
+/// changes anything. [`matmul`](crate::matmul) knows nothing of it: `gemm` asks the CPU by itself.
 pub fn level() -> Level {
     static LEVEL: OnceLock<Level> = OnceLock::new();
     *LEVEL.get_or_init(|| {

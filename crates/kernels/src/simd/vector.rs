@@ -13,34 +13,34 @@ pub(crate) trait Simd: Copy {
 
     unsafe fn splat(value: f32) -> Self::V;
     unsafe fn load(from: *const f32) -> Self::V;
-    /// The first `n` lanes, 1..=LANES; the others are zero.
+    /// Loads the first `n` lanes, 1..=LANES; the others are zero.
     unsafe fn load_first(from: *const f32, n: usize) -> Self::V;
     unsafe fn store(to: *mut f32, v: Self::V);
     unsafe fn store_first(to: *mut f32, v: Self::V, n: usize);
-    /// `a · b + c`.
+    /// Returns `a · b + c`.
     unsafe fn fma(a: Self::V, b: Self::V, c: Self::V) -> Self::V;
     unsafe fn add(a: Self::V, b: Self::V) -> Self::V;
     unsafe fn sub(a: Self::V, b: Self::V) -> Self::V;
     unsafe fn mul(a: Self::V, b: Self::V) -> Self::V;
     unsafe fn div(a: Self::V, b: Self::V) -> Self::V;
-    /// 2 to the power of the integer in the low bits of `x`, which must give a normal number.
+    /// Returns 2 to the power of the integer in the low bits of `x`, which must give a normal number.
     unsafe fn power_of_two(x: Self::V) -> Self::V;
-    /// `if x <= 0 { 0 } else { value }` per lane: NaN in `x` lets `value` pass.
+    /// Returns `if x <= 0 { 0 } else { value }` per lane: NaN in `x` lets `value` pass.
     unsafe fn zero_unless_positive(x: Self::V, value: Self::V) -> Self::V;
-    /// `if x >= limit { 0 } else { value }` per lane: NaN in `x` lets `value` pass.
+    /// Returns `if x >= limit { 0 } else { value }` per lane: NaN in `x` lets `value` pass.
     unsafe fn zero_from(x: Self::V, limit: Self::V, value: Self::V) -> Self::V;
-    /// `if x >= limit { limit } else { x }` per lane: NaN in `x` stays.
+    /// Returns `if x >= limit { limit } else { x }` per lane: NaN in `x` stays.
     unsafe fn at_most(x: Self::V, limit: Self::V) -> Self::V;
-    /// `if x > best or x is NaN { yes } else { no }` per lane.
+    /// Returns `if x > best or x is NaN { yes } else { no }` per lane.
     unsafe fn where_beats(x: Self::V, best: Self::V, yes: Self::V, no: Self::V) -> Self::V;
-    /// `if x > limit { count + 1 } else { count }` per lane.
+    /// Returns `if x > limit { count + 1 } else { count }` per lane.
     unsafe fn count_above(count: Self::V, x: Self::V, limit: Self::V) -> Self::V;
-    /// `if a == b { yes } else { 0 }` per lane.
+    /// Returns `if a == b { yes } else { 0 }` per lane.
     unsafe fn where_equal(a: Self::V, b: Self::V, yes: Self::V) -> Self::V;
-    /// `if x > low { min(x, high) } else { low }` per lane: NaN becomes `low`.
+    /// Returns `if x > low { min(x, high) } else { low }` per lane: NaN becomes `low`.
     unsafe fn clamp(x: Self::V, low: Self::V, high: Self::V) -> Self::V;
-    /// The first `n` bytes, 1..=LANES, as numbers; the other lanes are zero.
+    /// Loads the first `n` bytes, 1..=LANES, as numbers; the other lanes are zero.
     unsafe fn load_bytes(from: *const u8, n: usize) -> Self::V;
-    /// The first `n` lanes, 1..=LANES, which lie between 0 and 255, rounded to the nearest (even) number.
+    /// Stores the first `n` lanes, 1..=LANES, which lie between 0 and 255, rounded to the nearest (even) number.
     unsafe fn store_bytes(to: *mut u8, v: Self::V, n: usize);
 }

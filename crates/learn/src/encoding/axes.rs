@@ -11,7 +11,7 @@ pub(super) fn refused(source: &str, input: &'static str, error: taxel_encodings:
     Error::Encoding { source_label: source.into(), input, source: error }
 }
 
-/// The refusal of samples of `shape`, the axis of samples left out.
+/// Makes the refusal of samples of `shape`, the axis of samples left out.
 pub(super) fn wrong_axes(shape: &[usize], input: &'static str, source: &str) -> Error {
     let shape = shape.to_vec();
     let reason = match input {
@@ -27,7 +27,7 @@ pub(super) fn wrong_axes(shape: &[usize], input: &'static str, source: &str) -> 
     Error::Axes { source_label: source.into(), input, shape, reason }
 }
 
-/// Samples `[N, ..]` as an array of so many axes.
+/// Returns samples `[N, ..]` as an array of so many axes.
 ///
 /// # Errors
 /// Samples with other axes.
@@ -40,7 +40,7 @@ pub(super) fn with_axes<'a, D: Dimension>(
     x.into_dimensionality().map_err(|_| wrong_axes(of_sample(shape.slice()), input, source))
 }
 
-/// Shape of one of the samples of an array.
+/// Returns the shape of one of the samples of an array.
 pub(super) fn of_sample(shape: &[usize]) -> &[usize] {
     shape.get(1..).unwrap_or_default()
 }
@@ -61,7 +61,7 @@ pub(super) fn image_axes(x: ArrayD<f32>, source: &str) -> Result<ArrayD<f32>> {
     }
 }
 
-/// Samples as recordings `[N, channels, length]`: rows of an image and taxels of a frame become channels.
+/// Turns samples into recordings `[N, channels, length]`: rows of an image and taxels of a frame become channels.
 ///
 /// Images `[H, W]` are H channels, colour images `[3, H, W]` 3·H, squeezes `[T, H, W]` H·W channels of length
 /// T, fingers `[fingers, channels, ticks]` fingers · channels of length `ticks`.

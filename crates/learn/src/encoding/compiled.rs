@@ -73,7 +73,7 @@ enum Operation {
 }
 
 impl Transform {
-    /// The transform for raw samples of `shape`; `source` names them in messages.
+    /// Compiles the transform for raw samples of `shape`; `source` names them in messages.
     ///
     /// # Errors
     /// A shape that the transform does not take.
@@ -86,7 +86,7 @@ impl Transform {
 }
 
 impl Compiled {
-    /// Shape of the input.
+    /// Returns the shape of the input.
     pub fn shape(&self) -> &[usize] {
         &self.shape
     }
@@ -240,7 +240,7 @@ impl Compiled {
         Ok(self.push(scale(scaling, image[0]), image.to_vec()))
     }
 
-    /// Samples of any layout as channels × time; none where the axes are others.
+    /// Takes samples of any layout as channels × time and returns their shape; none where the axes are others.
     fn series(&mut self, layout: Layout, shape: &[usize]) -> Option<Vec<usize>> {
         Some(match (layout, shape) {
             (Layout::Features, &[length]) => vec![1, length],

@@ -39,17 +39,17 @@ impl Encoded {
         Encoded { shape, values }
     }
 
-    /// Shape of one sample.
+    /// Returns the shape of one sample.
     pub fn shape(&self) -> &[usize] {
         &self.shape
     }
 
-    /// Values of one sample.
+    /// Returns the number of values of one sample.
     pub(crate) fn len(&self) -> usize {
         self.shape.iter().product()
     }
 
-    /// Values of sample `i`; empty where there is no such sample.
+    /// Returns the values of sample `i`; empty where there is no such sample.
     pub fn sample(&self, i: usize) -> &[f32] {
         let len = self.shape.iter().product::<usize>();
         self.values.get(i * len..(i + 1) * len).unwrap_or_default()
@@ -95,17 +95,17 @@ enum InputPlan {
 }
 
 impl<'a> Encoder<'a> {
-    /// An encoder that has made nothing yet.
+    /// Makes an encoder that has made nothing yet.
     pub fn new(encoding: &Encoding, dataset: &'a Dataset) -> Self {
         Encoder { encoding: encoding.clone(), dataset, source: dataset.source.to_string(), plans: vec![] }
     }
 
-    /// The samples.
+    /// Returns the samples.
     pub fn dataset(&self) -> &'a Dataset {
         self.dataset
     }
 
-    /// Whether pixels or taxels lie side by side as on the sensor, so that they can be moved.
+    /// Checks whether pixels or taxels lie side by side as on the sensor, so that they can be moved.
     pub(crate) fn is_warpable(&self) -> bool {
         self.encoding.is_warpable()
     }
@@ -205,7 +205,7 @@ impl<'a> Encoder<'a> {
         }
     }
 
-    /// The transform of what the encoding leaves of a sample.
+    /// Returns the transform that applies `then` to the part of a sample that the encoding leaves.
     fn reduced(&self, then: Transform) -> Result<Transform> {
         let (reduction, spec) = (&self.encoding.reduce, &self.dataset.spec);
         if reduction.is_whole() {
@@ -248,7 +248,7 @@ impl<'a> Encoder<'a> {
         Ok(Input { name, transform, encoded: Arc::new(Encoded::new(x)), ms_per_sample, outside, guard: None })
     }
 
-    /// `None` for a scale that is fitted per fold.
+    /// Returns the scaling of a `scale`; `None` for one that is fitted per fold.
     fn scaling(&self, scale: Scale) -> Result<Option<Scaling>> {
         match (scale, self.dataset.spec.full_scale) {
             (Scale::ZScore, _) => Ok(None),
@@ -269,7 +269,7 @@ impl<'a> Encoder<'a> {
         }
     }
 
-    /// Shape of one sample of input `name`, if the encoding makes it.
+    /// Returns the shape of one sample of input `name`, if the encoding makes it.
     pub fn shape(&self, name: &str) -> Option<Vec<usize>> {
         self.plans.iter().find(|plan| plan.name() == name).map(|plan| match plan {
             InputPlan::Done(input) => input.encoded.shape().to_vec(),
@@ -277,7 +277,7 @@ impl<'a> Encoder<'a> {
         })
     }
 
-    /// The inputs in `names` with everything fitted on the samples in `train` alone.
+    /// Returns the inputs in `names` with everything fitted on the samples in `train` alone.
     ///
     /// # Errors
     /// Readings that are not finite.

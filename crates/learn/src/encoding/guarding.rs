@@ -9,7 +9,7 @@ use taxel_guard::{Guard, KnownRange, ReplacedElement, Watch};
 use crate::error::Result;
 use crate::problem::Problem;
 
-/// A guard fitted on some samples of a data set, of which it learns full scale and rest where they are known.
+/// Fits a guard on some samples of a data set, of which it learns full scale and rest where they are known.
 ///
 /// # Errors
 /// Rest values in another number than there are channels.
@@ -24,7 +24,7 @@ pub fn fitted_guard(dataset: &Dataset, train: &[usize]) -> Result<Guard> {
     Guard::fit(x.view(), spec.layout, &facts).map_err(refuse)
 }
 
-/// Raw samples `[n, ..]` of the guard's shape as it hands them on, and what it found in each.
+/// Returns raw samples `[n, ..]` of the guard's shape as it hands them on, and the elements that it replaced in each.
 pub fn mended(guard: &Arc<Guard>, x: &ArrayRef<f32, IxDyn>) -> (ArrayD<f32>, Vec<Vec<ReplacedElement>>) {
     let mut watch = Watch::new(guard.clone());
     let mut x = x.as_standard_layout().into_owned();

@@ -53,16 +53,18 @@ pub struct Rocket {
 }
 
 impl Rocket {
-    /// Nothing fitted yet.
+    /// Makes an encoding with so many features, of which nothing is fitted yet.
     pub fn new(features: usize) -> Self {
         Rocket { features, readings: Scaling::Raw, rocket: None, shares: Scaling::Raw }
     }
 
-    /// Number of features.
+    /// Returns the number of features.
     pub fn width(&self) -> usize {
         MiniRocket::width(self.features)
     }
 
+    /// Checks the number of features and the length of recordings.
+    ///
     /// # Errors
     /// A number of features out of range, recordings of fewer than 9 readings.
     pub(super) fn check(&self, length: usize) -> Result<()> {
@@ -71,7 +73,7 @@ impl Rocket {
         MiniRocket::kernels(length, self.features).map(drop).map_err(refused_by_rocket)
     }
 
-    /// Fitted to training samples `[N, C, T]`.
+    /// Fits the encoding to training samples `[N, C, T]`.
     ///
     /// # Errors
     /// Recordings of fewer than 9 readings, readings that are not finite.
@@ -89,7 +91,7 @@ impl Rocket {
         Ok(Rocket { features: self.features, readings, rocket: Some(rocket), shares })
     }
 
-    /// Samples `[N, C, T]` as features `[N, features]`.
+    /// Turns samples `[N, C, T]` into features `[N, features]`.
     ///
     /// # Errors
     /// Nothing fitted, samples of another shape than those of the fit, readings that are not finite.
@@ -103,7 +105,7 @@ impl Rocket {
         Ok(features)
     }
 
-    /// One sample of `channels` × `length` after the other.
+    /// Makes the plan that encodes one sample of `channels` × `length` after the other.
     ///
     /// # Errors
     /// Nothing fitted, or another shape than that of the fit.

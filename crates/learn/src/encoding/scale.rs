@@ -28,7 +28,7 @@ pub struct Scaled {
     pub scale: Scale,
 }
 
-/// ImageNet's scale is of three colours.
+/// Refuses ImageNet's scale, which is of three colours.
 pub(super) fn no_colours(key: &str, scale: Scale) -> Check {
     let reason = "belongs to encoding.image of three channels";
     require(scale != Scale::Imagenet, key, "\"imagenet\"", reason)

@@ -197,6 +197,8 @@ impl Encoding {
         }
     }
 
+    /// Checks all settings.
+    ///
     /// # Errors
     /// The first setting outside its range.
     pub fn check(&self) -> Check {
@@ -220,7 +222,7 @@ impl Encoding {
         self.image.as_ref().map_or(Ok(()), |image| image.check().map_err(|problem| problem.below("image")))
     }
 
-    /// Whether pixels or taxels lie side by side as on the sensor, so that they can be moved.
+    /// Checks whether pixels or taxels lie side by side as on the sensor, so that they can be moved.
     pub fn is_warpable(&self) -> bool {
         self.tensor.is_some() || matches!(self.image, Some(Image::Raw(_) | Image::Frame(_)))
     }
@@ -237,7 +239,7 @@ impl Encoding {
     }
 }
 
-/// A reduction that does not do, by its key.
+/// Returns the problem of a reduction that does not do, by its key.
 pub(super) fn reduction_problem(error: taxel_encodings::Error) -> Problem {
     match error {
         taxel_encodings::Error::Reduction(reduction) => {

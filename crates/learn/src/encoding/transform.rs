@@ -133,7 +133,7 @@ impl Transform {
         )
     }
 
-    /// Whether every sample is scaled by its own range: twice the readings give the same input.
+    /// Checks whether every sample is scaled by its own range: twice the readings give the same input.
     pub fn is_blind_to_amplitude(&self) -> bool {
         match self {
             Transform::Field(field) => field.gaf.range == taxel_encodings::Range::PerSample,
@@ -142,7 +142,7 @@ impl Transform {
         }
     }
 
-    /// The last axes of what it makes of any sample; empty where those are the sample's own.
+    /// Returns the last axes of what it makes of any sample, where its settings give them; empty elsewhere.
     pub(crate) fn sizes(&self) -> Vec<usize> {
         match self.last() {
             Transform::Field(field) => vec![field.gaf.size; 2],
@@ -153,7 +153,7 @@ impl Transform {
         }
     }
 
-    /// Shape of one sample once what [`Transform::shape`] gives is scaled.
+    /// Returns the shape of one sample once what [`Transform::shape`] gives is scaled.
     pub(super) fn scaled_shape(&self, shape: &[usize]) -> Vec<usize> {
         match (self.last(), shape) {
             (Transform::QuantileCode(code), &[channels, length]) => code.shape(channels, length).to_vec(),
@@ -162,7 +162,7 @@ impl Transform {
         }
     }
 
-    /// Name of the input that it makes.
+    /// Returns the name of the input that it makes.
     pub(super) fn input(&self) -> &'static str {
         match self.last() {
             Transform::Signal(_) | Transform::QuantileCode(_) => SIGNAL,
@@ -180,7 +180,7 @@ impl Transform {
         }
     }
 
-    /// Everything but what is fitted.
+    /// Shapes raw samples: applies everything but what is fitted.
     pub(super) fn shape(&self, x: &ArrayD<f32>, source: &str) -> Result<ArrayD<f32>> {
         let input = self.input();
         let refuse = |e| refused(source, input, e);
@@ -248,7 +248,7 @@ impl Transform {
         Ok(x)
     }
 
-    /// The same with a scale fitted to `train`, shaped but not scaled.
+    /// Returns the same transform with a scale fitted to `train`, which is shaped but not scaled.
     pub(super) fn fitted(&self, train: ArrayViewD<f32>, source: &str) -> Result<Self> {
         let input = self.input();
         let refuse = |e| refused(source, input, e);
@@ -290,7 +290,7 @@ impl Transform {
         fit_features(with_axes(train, IMAGE, source)?).map_err(|e| refused(source, IMAGE, e))
     }
 
-    /// The same after the baseline is taken off.
+    /// Returns the transform that takes the baseline off first; the same transform where `baseline` is `None`.
     pub(super) fn less(self, baseline: Option<usize>) -> Self {
         match baseline {
             Some(readings) => Transform::Baseline { readings, then: Box::new(self) },
@@ -343,7 +343,7 @@ mod tests {
 
     use super::*;
 
-    /// Each is held against what the transform makes of a whole sample at rest.
+    /// Compares each with what the transform makes of a whole sample at rest.
     #[test]
     fn what_lies_beyond_an_image_is_the_sensor_at_rest() {
         let scales = |channels: usize| {

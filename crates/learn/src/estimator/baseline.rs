@@ -74,7 +74,8 @@ impl Estimator for Baseline {
         Arc::new(Baseline { faults: Some(Box::new(faults.clone())), ..self.clone() })
     }
 
-    /// The other baselines keep every sample that they are given, or look at none.
+    /// Checks whether training under faults changes what it learns: the other baselines keep every sample that they
+    /// are given, or look at none.
     fn gains_by_faults(&self) -> bool {
         matches!(self.method, Method::MiniRocket { .. } | Method::SvmLinear { .. } | Method::SvmRbf { .. })
     }
@@ -223,7 +224,7 @@ impl FittedBaseline {
         self.each.iter().map(FittedMethod::workspace).collect()
     }
 
-    /// [`FittedBaseline::outputs`] of one recording; nothing is allocated after the first.
+    /// Computes [`FittedBaseline::outputs`] of one recording; nothing is allocated after the first.
     ///
     /// # Errors
     /// A recording of another shape or that is not finite, workspaces of another baseline.

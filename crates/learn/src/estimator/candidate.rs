@@ -92,13 +92,13 @@ pub struct Published {
 }
 
 impl Candidate {
-    /// A network under the name of its graph.
+    /// Makes a candidate of a network, under the name of its graph.
     pub fn network(graph: Graph, recipe: Recipe) -> Self {
         let name = graph.name().to_string();
         Self::new(name, "", Arc::new(Trainable { graph, recipe, search: None, start: None }))
     }
 
-    /// A baseline under its own name.
+    /// Makes a candidate of a baseline, under the name of its method.
     pub fn baseline(method: Method) -> Self {
         Self::new(method.name().into(), method.reference(), Arc::new(Baseline { method, faults: None }))
     }
@@ -115,8 +115,8 @@ impl Candidate {
         }
     }
 
-    /// The same trained under `faults`, as `<name>.hardened`; with a fault that is left `unmet` as
-    /// `<name>.without-<fault>`.
+    /// Returns the same candidate with `faults` added to its training samples, as `<name>.hardened`; with a fault
+    /// that is left `unmet` as `<name>.without-<fault>`.
     pub fn hardened(&self, faults: &TrainingFaults, unmet: Option<Fault>) -> Self {
         let mut faults = faults.clone();
         let name = match unmet {
@@ -136,12 +136,12 @@ impl Candidate {
         }
     }
 
-    /// The faults that it is trained under; none where it is trained on clean samples.
+    /// Returns the faults that are added to its training samples; none where it is trained on clean samples.
     pub fn faults(&self) -> Option<&TrainingFaults> {
         self.estimator.faults().filter(|faults| !faults.is_clean())
     }
 
-    /// Names of the inputs that it reads.
+    /// Returns the names of the inputs that it reads.
     pub fn inputs(&self) -> Vec<&str> {
         self.estimator.inputs()
     }
@@ -172,6 +172,8 @@ impl Candidate {
         self.estimator.check_samples(&self.name, samples, encoder)
     }
 
+    /// Checks the name, the published scores, the recipe and the frozen nodes.
+    ///
     /// # Errors
     /// A name that cannot name files, a recipe out of range, published scores that are none, frozen nodes that
     /// the network does not have.
@@ -184,12 +186,13 @@ impl Candidate {
     }
 }
 
-/// The candidate that [`Candidate::hardened`] made `name` of; any other name stands for itself.
+/// Returns the name that [`Candidate::hardened`] made `<name>.hardened` of; any other name stands for itself.
 pub fn clean(name: &str) -> &str {
     name.strip_suffix(HARDENED).unwrap_or(name)
 }
 
-/// Letters, digits, `.`, `_`, `-`, not starting with a dot: safe as part of a file name.
+/// Checks that a name is safe as part of a file name: 1 to 100 letters, digits, `.`, `_` or `-`, not starting with a
+/// dot.
 ///
 /// # Errors
 /// Any other name.
@@ -201,6 +204,8 @@ pub fn file_name(key: &str, name: &str) -> Check {
 }
 
 impl Published {
+    /// Checks scores and costs.
+    ///
     /// # Errors
     /// Scores that are no percentages, costs that are not above 0.
     pub fn check(&self) -> Check {

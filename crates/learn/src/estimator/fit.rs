@@ -32,7 +32,7 @@ pub struct Fit<'a> {
 }
 
 impl Fit<'_> {
-    /// Samples times epochs that the training sees at most; 0 for a baseline.
+    /// Returns samples times epochs that the training sees at most; 0 for a baseline.
     pub fn samples(&self, dataset: &Dataset) -> usize {
         self.candidate.estimator.samples(&everything(dataset))
     }
@@ -90,7 +90,7 @@ pub fn fit(candidate: &Candidate, dataset: &Dataset, encoding: &Encoding) -> Res
     Ok(model.expect("a training that is not cancelled ends with a model"))
 }
 
-/// All samples to train on, none to test.
+/// Makes a fold of all samples to train on and none to test.
 fn everything(dataset: &Dataset) -> Fold {
     Fold { train: (0..dataset.len()).collect(), test: vec![], validation: vec![] }
 }

@@ -24,7 +24,7 @@ use crate::training::recipe::Recipe;
 const OVERHEAD: u64 = 200_000;
 
 impl Trainable {
-    /// Names frozen nodes that the network does not have.
+    /// Refuses frozen nodes that the network does not have.
     ///
     /// # Errors
     /// The first of them.
@@ -127,7 +127,7 @@ impl Estimator for Trainable {
         self.graph.cost().macs + OVERHEAD
     }
 
-    /// Names of the tensors that [`Trainable::start`] does not give: a head for other classes.
+    /// Returns the names of the tensors that [`Trainable::start`] does not give: a head for other classes.
     ///
     /// # Errors
     /// Any other tensor that is missing, extra or misshaped, by name.

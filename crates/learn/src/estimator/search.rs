@@ -52,6 +52,8 @@ pub struct Chosen {
 }
 
 impl Search {
+    /// Checks the recipes to try, the validation share and the criterion.
+    ///
     /// # Errors
     /// Nothing to choose from, a share that is none, a recipe out of range.
     pub(crate) fn check(&self) -> Check {
@@ -64,7 +66,7 @@ impl Search {
         })
     }
 
-    /// Position of the best trial; of equals the first. None if all diverged.
+    /// Returns the position of the best trial; of equals the first. None if all diverged.
     pub(crate) fn best(&self, metric: &Metric, trials: &[Trial]) -> Option<usize> {
         let mut best: Option<(usize, (f64, f64))> = None;
         for (i, trial) in trials.iter().enumerate() {

@@ -39,7 +39,7 @@ pub(crate) struct TrainedFold {
     pub trained: Trained,
 }
 
-/// Encodes, trains, predicts the test part and makes the model; none if cancelled.
+/// Trains a candidate on a fold: encodes, trains, predicts the test part and makes the model; none if cancelled.
 ///
 /// The encoder has prepared the candidate's inputs, and the candidate is checked.
 ///

@@ -23,7 +23,7 @@ pub struct Clusters {
 }
 
 impl Clusters {
-    /// One value per sample (1 where a prediction is right) and the cluster it belongs to.
+    /// Makes clusters of one value per sample (1 where a prediction is right) and the cluster it belongs to.
     pub fn new(values: &[f64], clusters: &[u32]) -> Self {
         let mut sums: BTreeMap<u32, (f64, usize)> = BTreeMap::new();
         for (value, cluster) in values.iter().zip(clusters) {
@@ -34,22 +34,22 @@ impl Clusters {
         Clusters { sums: sums.into_values().collect() }
     }
 
-    /// Number of clusters.
+    /// Returns the number of clusters.
     pub fn len(&self) -> usize {
         self.sums.len()
     }
 
-    /// Whether there are none.
+    /// Checks whether there are none.
     pub fn is_empty(&self) -> bool {
         self.sums.is_empty()
     }
 
-    /// Mean over all samples; NaN without any.
+    /// Computes the mean over all samples; NaN without any.
     pub fn mean(&self) -> f64 {
         self.mean_of(&(0..self.len()).collect::<Vec<_>>())
     }
 
-    /// Mean over the samples of the clusters in `drawn`, each as often as it is there.
+    /// Computes the mean over the samples of the clusters in `drawn`, each as often as it is there.
     pub fn mean_of(&self, drawn: &[usize]) -> f64 {
         let (mut sum, mut count) = (0.0, 0);
         for (cluster_sum, n) in drawn.iter().filter_map(|&cluster| self.sums.get(cluster)) {
@@ -59,9 +59,9 @@ impl Clusters {
         sum / count as f64
     }
 
-    /// The percentile interval of the mean that covers `share`, from `draws` resamples of as many clusters
-    /// as there are; `seed` and `purpose` choose the draws. NaN without clusters; the mean itself with one:
-    /// one cluster says nothing about others.
+    /// Computes the percentile interval of the mean that covers `share`, from `draws` resamples of as many clusters
+    /// as there are; `seed` and `purpose` choose the draws. NaN without clusters; the mean itself with one: one
+    /// cluster says nothing about others.
     pub fn interval(&self, share: f64, draws: usize, seed: u64, purpose: &str) -> (f64, f64) {
         if self.is_empty() {
             return (f64::NAN, f64::NAN);
@@ -71,9 +71,9 @@ impl Clusters {
     }
 }
 
-/// Values of `statistic` on `draws` resamples of `clusters` clusters with replacement, ascending; what it
-/// leaves undefined is left out. It is given the numbers of the drawn clusters, from 0. `seed` and `purpose`
-/// choose the draws.
+/// Computes `statistic` on `draws` resamples of `clusters` clusters with replacement, in ascending order; what it
+/// leaves undefined is left out. It is given the numbers of the drawn clusters, from 0. `seed` and `purpose` choose
+/// the draws.
 pub fn bootstrap(
     clusters: usize,
     draws: usize,
@@ -92,13 +92,13 @@ pub fn bootstrap(
     values
 }
 
-/// The bounds between which the middle `share` of the ascending `sorted` lies.
+/// Returns the bounds between which the middle `share` of the ascending `sorted` lies.
 pub fn central(sorted: &[f64], share: f64) -> (f64, f64) {
     let tail = (1.0 - share) / 2.0;
     (quantile(sorted, tail), quantile(sorted, 1.0 - tail))
 }
 
-/// The value below which the share `q` of the ascending `sorted` lies, interpolated linearly
+/// Returns the value below which the share `q` of the ascending `sorted` lies, interpolated linearly
 /// (`numpy.quantile`); NaN of nothing.
 pub fn quantile(sorted: &[f64], q: f64) -> f64 {
     let Some(last) = sorted.len().checked_sub(1) else { return f64::NAN };
@@ -111,7 +111,7 @@ pub fn quantile(sorted: &[f64], q: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Written out: draw after draw, whole clusters from one generator.
+    /// Writes the bootstrap out: draw after draw, whole clusters from one generator.
     #[test]
     fn intervals_of_results_that_are_there_stay_what_they_are() {
         let (values, groups) = ([1.0, 0.0, 0.0, 1.0, 1.0, 1.0, 0.0], [5, 5, 2, 2, 2, 9, 11]);

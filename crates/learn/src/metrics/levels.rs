@@ -50,7 +50,7 @@ impl Levels {
         self.sizes.iter().sum()
     }
 
-    /// From labels `[n, attributes]` to targets `[n, outputs]`: one 1 per attribute, 0 elsewhere.
+    /// Turns labels `[n, attributes]` into targets `[n, outputs]`: one 1 per attribute, 0 elsewhere.
     pub fn targets(&self, labels: &[u32]) -> Vec<f32> {
         let mut targets = vec![];
         for row in labels.chunks_exact(self.sizes.len().max(1)) {
@@ -61,7 +61,7 @@ impl Levels {
         targets
     }
 
-    /// From outputs `[n, outputs]` to predicted levels `[n, attributes]`.
+    /// Turns outputs `[n, outputs]` into predicted levels `[n, attributes]`.
     pub fn predicted(&self, outputs: &[f32]) -> Vec<u32> {
         let mut levels = vec![];
         for mut row in outputs.chunks_exact(self.outputs().max(1)) {
@@ -92,8 +92,8 @@ impl Levels {
         labels.iter().skip(attribute).step_by(self.sizes.len().max(1)).copied().collect()
     }
 
-    /// Expected calibration error in [`BINS`] bins and Brier score of probabilities `[n, outputs]`, means over
-    /// the attributes.
+    /// Computes the expected calibration error in [`BINS`] bins and the Brier score of probabilities `[n, outputs]`,
+    /// means over the attributes.
     ///
     /// # Errors
     /// No samples, or labels `[n, attributes]` that do not fit.
@@ -106,7 +106,8 @@ impl Levels {
         Ok((sums.0 / width as f64, sums.1 / width as f64))
     }
 
-    /// The mean over the attributes of [`log_loss`]: probabilities are `[n, outputs]`, labels `[n, attributes]`.
+    /// Computes the mean over the attributes of [`log_loss`]: probabilities are `[n, outputs]`, labels
+    /// `[n, attributes]`.
     ///
     /// # Errors
     /// As [`Levels::calibration`].
@@ -132,7 +133,7 @@ impl Levels {
 }
 
 impl LevelScores {
-    /// All that follows from the counts.
+    /// Computes all that follows from the counts.
     pub fn of(confusion: Confusion) -> Self {
         let (mut off, mut total) = (0.0, 0);
         for (truth, row) in confusion.counts().iter().enumerate() {

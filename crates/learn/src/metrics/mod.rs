@@ -139,7 +139,7 @@ impl Confusion {
         }
     }
 
-    /// Precision, recall and F1 of every class (scikit-learn: `average=None, zero_division=0`).
+    /// Computes precision, recall and F1 of every class (scikit-learn: `average=None, zero_division=0`).
     pub fn per_class(&self) -> Vec<ClassScores> {
         let of = |part: u64, whole: u64| if whole == 0 { 0.0 } else { part as f64 / whole as f64 };
         let class = |class: usize| {
@@ -156,7 +156,7 @@ impl Confusion {
         (0..self.counts.len()).map(class).collect()
     }
 
-    /// Accuracy and macro precision, recall and F1; all 0 without predictions.
+    /// Computes accuracy and macro precision, recall and F1; all 0 without predictions.
     pub fn scores(&self) -> MacroScores {
         let total: u64 = self.counts.iter().flatten().sum();
         let correct: u64 = self.counts.iter().enumerate().map(|(class, row)| row[class]).sum();
@@ -178,8 +178,7 @@ impl Confusion {
         }
     }
 
-    /// Where mistakes go between `groups`: names with the classes that are in them, each class in exactly
-    /// one.
+    /// Counts where mistakes go between `groups`: names with the classes that are in them, each class in exactly one.
     ///
     /// # Errors
     /// A class in no or in two groups, or one that does not exist.
@@ -220,8 +219,8 @@ impl Confusion {
     }
 }
 
-/// Mean and sample standard deviation (divided by n - 1); no deviation of fewer than two values,
-/// NaN for the mean of none.
+/// Computes mean and sample standard deviation (divided by n - 1); no deviation of fewer than two values, NaN for the
+/// mean of none.
 pub fn mean_sd(values: &[f64]) -> (f64, Option<f64>) {
     let n = values.len() as f64;
     let mean = values.iter().sum::<f64>() / n;
@@ -229,7 +228,7 @@ pub fn mean_sd(values: &[f64]) -> (f64, Option<f64>) {
     (mean, (values.len() > 1).then(|| (squares / (n - 1.0)).sqrt()))
 }
 
-/// Position of the largest value of each row; the first of equals.
+/// Returns the position of the largest value of each row; the first of equals.
 pub fn argmax(rows: &[f32], classes: usize) -> Vec<u32> {
     let best = |row: &[f32]| {
         let mut best = 0;

@@ -6,7 +6,7 @@ use crate::metrics::argmax;
 /// Bins of [`calibration_error`] where nothing else is said.
 pub const BINS: usize = 15;
 
-/// One label per row of `classes` probabilities, or a complaint.
+/// Checks that there is one label per row of `classes` probabilities, and that it is one of the classes.
 fn check(probabilities: &[f32], truth: &[u32], classes: usize) -> Result<()> {
     let refuse = |reason| Err(Error::Metrics { what: "probabilities", reason });
     if truth.is_empty() || probabilities.len() != truth.len() * classes {
@@ -19,8 +19,8 @@ fn check(probabilities: &[f32], truth: &[u32], classes: usize) -> Result<()> {
     }
 }
 
-/// Expected calibration error (Guo et al., ICML 2017): samples fall into `bins` equal bins of (0, 1] by
-/// the probability of the predicted class; the mean distance, weighted by samples, between that
+/// Computes the expected calibration error (Guo et al., ICML 2017): samples fall into `bins` equal bins of (0, 1] by
+/// the probability of the predicted class. The error is the mean distance, weighted by samples, between that
 /// probability and the share that is right. 0 is calibrated, 1 the worst.
 ///
 /// `probabilities` are `[n, classes]`, row-major; [`BINS`] is the usual number of bins.
@@ -42,7 +42,7 @@ pub fn calibration_error(probabilities: &[f32], truth: &[u32], classes: usize, b
     Ok(sums.iter().map(|(confident, right)| (confident - right).abs()).sum::<f64>() / truth.len() as f64)
 }
 
-/// Brier score of several classes: the mean over samples of Σ (p − 1\[true class\])², 0 to 2
+/// Computes the Brier score of several classes: the mean over samples of Σ (p − 1\[true class\])², 0 to 2
 /// (scikit-learn: `brier_score_loss(scale_by_half=False)`).
 ///
 /// # Errors
@@ -59,7 +59,7 @@ pub fn brier(probabilities: &[f32], truth: &[u32], classes: usize) -> Result<f64
     Ok(sum / truth.len() as f64)
 }
 
-/// Mean of −log p of the true class; a probability of 0 counts as the smallest positive f32, since JSON
+/// Computes the mean of −log p of the true class; a probability of 0 counts as the smallest positive f32, since JSON
 /// holds no infinity.
 ///
 /// # Errors

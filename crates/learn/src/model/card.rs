@@ -167,7 +167,7 @@ impl Card {
         Levels::of_task(&self.task)
     }
 
-    /// The network; none for a baseline.
+    /// Returns the network; none for a baseline.
     pub fn graph(&self) -> Option<&Graph> {
         match &self.kind {
             ModelKind::Network { graph, .. } => Some(graph),
@@ -175,7 +175,7 @@ impl Card {
         }
     }
 
-    /// Samples that are predicted at a time.
+    /// Returns the number of samples that are predicted at a time.
     pub fn batch(&self) -> usize {
         match self.kind {
             ModelKind::Network { batch, .. } => batch,
@@ -308,7 +308,7 @@ impl Score {
     }
 }
 
-/// The first names of a long list.
+/// Joins the names of a list; of a long one the first 12 and their number in all.
 fn shortened(names: &[String]) -> String {
     const MOST: usize = 12;
     if names.len() > MOST {

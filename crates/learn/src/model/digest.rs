@@ -3,7 +3,7 @@
 use taxel_data::hash_words;
 use taxel_graph::Weights;
 
-/// BLAKE3 of all tensors in order of their names.
+/// Computes the BLAKE3 of all tensors in order of their names.
 pub(crate) fn digest(weights: &Weights) -> String {
     let mut named: Vec<_> = weights.iter().collect();
     named.sort_by_key(|(name, _)| *name);

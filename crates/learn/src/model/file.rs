@@ -26,7 +26,7 @@ pub struct Model {
 }
 
 impl Model {
-    /// A model of its parts; the card's digest is that of `weights`.
+    /// Makes a model of its parts; the card's digest is that of `weights`.
     pub(crate) fn new(card: Card, weights: Weights) -> Self {
         let tensors = digest(&weights);
         Model { card: Card { tensors, ..card }, weights }
@@ -53,7 +53,7 @@ impl Model {
         Ok(Self::assembled(path, weights, text)?.0)
     }
 
-    /// The bytes of the model's file.
+    /// Returns the bytes of the model's file.
     ///
     /// # Errors
     /// A card that cannot be written as JSON.
@@ -63,7 +63,7 @@ impl Model {
         self.bytes(&text).map_err(|cause| Error::damaged(path, cause.to_string()))
     }
 
-    /// The bytes of a file whose card is `text`.
+    /// Returns the bytes of a file whose card is `text`.
     fn bytes(&self, text: &str) -> std::result::Result<Vec<u8>, Cause> {
         match (&self.card.quantized, self.card.graph()) {
             (Some(_), Some(graph)) => {
@@ -73,7 +73,7 @@ impl Model {
         }
     }
 
-    /// The card as the text of the file that `path` names, and its digest.
+    /// Returns the card as the text of the file that `path` names, and its digest.
     fn text(&self, path: &Path) -> Result<(String, String)> {
         let text = serde_json::to_string(&self.card);
         let refuse = |e| Error::damaged(path, format!("the card cannot be encoded: {e}"));
@@ -97,7 +97,7 @@ impl Model {
         self.write(path).map(|_| ())
     }
 
-    /// [`Model::save`], and the digest of the card.
+    /// Writes the file as [`Model::save`] does, and returns the digest of the card.
     pub(crate) fn write(&self, path: &Path) -> Result<String> {
         let (text, digest) = self.text(path)?;
         taxel_checkpoint::write_bytes(path, self.bytes(&text))?;
@@ -109,18 +109,18 @@ impl Model {
         &self.card
     }
 
-    /// Its tensors, under PyTorch's names.
+    /// Returns its tensors, under PyTorch's names.
     pub fn weights(&self) -> &Weights {
         &self.weights
     }
 
-    /// The same model, which was trained on all samples of its data set and not on a fold.
+    /// Returns the same model, which was trained on all samples of its data set and not on a fold.
     pub fn of_everything(self) -> Self {
         let trained_on = TrainedOn { part: TrainingPart::Everything, ..self.card.trained_on };
         Model { card: Card { trained_on, ..self.card }, ..self }
     }
 
-    /// The same model with a score that was measured elsewhere.
+    /// Returns the same model with a score that was measured elsewhere.
     pub fn with_score(self, score: Option<super::card::Score>) -> Self {
         Model { card: Card { score, ..self.card }, ..self }
     }
@@ -143,7 +143,7 @@ impl Model {
     }
 }
 
-/// The card of a model file and its digest, if this version knows its format.
+/// Reads the card of a model file and its digest, if this version knows its format.
 fn read_card(path: &Path, text: &str) -> Result<(Card, String)> {
     let broken = |e: serde_json::Error| Error::damaged(path, format!("its model card cannot be read: {e}"));
     // The format first: a newer card may hold what this version cannot read.
@@ -200,7 +200,7 @@ fn upgraded(mut card: Value) -> Value {
 /// The text between a card and the digest of its text.
 const SEAL: &str = ",\"digest\":\"";
 
-/// The JSON text of a card, with its own BLAKE3 as a last key; and that digest.
+/// Returns the JSON text of a card, with its own BLAKE3 as a last key; and that digest.
 fn sealed(card: &str) -> (String, String) {
     let digest = blake3::hash(card.as_bytes()).to_hex().to_string();
     (format!("{}{SEAL}{digest}\"}}", card.strip_suffix('}').unwrap_or(card)), digest)
@@ -302,7 +302,7 @@ fn nonsense(quantized: &Quantized) -> Option<String> {
     }
 }
 
-/// Whether an input of `shape` may end in axes of `sizes`: before memory is allocated.
+/// Checks whether an input of `shape` may end in axes of `sizes`, before memory is allocated.
 fn makes(sizes: &[usize], shape: &[usize]) -> bool {
     let values = sizes.iter().try_fold(1usize, |values, size| values.checked_mul(*size));
     // A whole sample as one row is a multiple of them.

@@ -2,7 +2,7 @@
 
 use taxel_graph::{Graph, Op};
 
-/// Names of the tensors that values are multiplied with: those of convolutions and linear layers.
+/// Returns the names of the tensors that values are multiplied with: those of convolutions and linear layers.
 pub(super) fn multiplied(graph: &Graph) -> Vec<&str> {
     let multiplies = |op: &Op| matches!(op, Op::Conv { .. } | Op::Linear { .. });
     let nodes = graph.nodes().iter().filter(|node| multiplies(&node.op));

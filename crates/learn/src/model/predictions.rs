@@ -39,17 +39,17 @@ impl Predictions {
         Predictions { task, outputs, labels, samples }
     }
 
-    /// Number of samples.
+    /// Returns the number of samples.
     pub fn len(&self) -> usize {
         self.samples
     }
 
-    /// Whether there are none.
+    /// Checks whether there are none.
     pub fn is_empty(&self) -> bool {
         self.samples == 0
     }
 
-    /// Number of outputs of one sample.
+    /// Returns the number of outputs of one sample.
     pub fn width(&self) -> usize {
         self.task.outputs()
     }

@@ -38,7 +38,7 @@ impl Predictor {
         Ok(Predictor { outputs: card.task.outputs(), card: card.clone(), guard, method })
     }
 
-    /// The same with another guard, or without one, whatever the model's card says.
+    /// Returns the same predictor with another guard, or without one, whatever the model's card says.
     ///
     /// # Errors
     /// A guard of other samples than the model reads.
@@ -76,7 +76,7 @@ impl Predictor {
         &self.card
     }
 
-    /// Raw samples `[n, ..]` to the model's inputs.
+    /// Encodes raw samples `[n, ..]` as the model's inputs.
     ///
     /// # Errors
     /// Samples of another shape than the model reads, or readings that are not finite or cannot be encoded.
@@ -84,7 +84,7 @@ impl Predictor {
         self.encode_checked(&self.kept(x)?)
     }
 
-    /// [`Predictor::encode`] of samples that are known to be of the model's shape, and finite.
+    /// Does what [`Predictor::encode`] does, for samples that are known to be of the model's shape, and finite.
     fn encode_checked(&self, kept: &RawSamples) -> Result<Vec<ArrayD<f32>>> {
         let behind = self.guard.as_ref().map(|guard| mended(guard, kept).0);
         let x: &RawSamples = behind.as_deref().unwrap_or(kept);
@@ -131,7 +131,7 @@ impl Predictor {
         self.decide(workspace)
     }
 
-    /// The first half of [`Predictor::predict_one`]: one raw reading to the model's inputs.
+    /// Runs the first half of [`Predictor::predict_one`]: one raw sample to the model's inputs.
     ///
     /// # Errors
     /// A reading of another length, that is not finite or cannot be encoded.
@@ -151,7 +151,7 @@ impl Predictor {
         Ok(())
     }
 
-    /// The second half of [`Predictor::predict_one`]: probabilities of the inputs of the last reading.
+    /// Runs the second half of [`Predictor::predict_one`]: the inputs of the last sample to probabilities.
     ///
     /// # Errors
     /// A workspace of another model.
@@ -199,7 +199,7 @@ impl Predictor {
         Error::Samples { model: self.card.name.clone(), expected, given }
     }
 
-    /// Encoded samples to probabilities `[n, outputs]`, row-major.
+    /// Turns encoded samples into probabilities `[n, outputs]`, row-major.
     ///
     /// # Errors
     /// Inputs of another number or shape.

@@ -14,8 +14,8 @@ const MOST: usize = 512;
 const TOGETHER: usize = 32;
 
 impl Model {
-    /// The same network in eight bits. `x` are raw samples `[n, ..]` like those that it will predict, best some
-    /// that it has learned from; at most 512 are looked at, evenly thinned out. `digest` says which they are.
+    /// Returns the same network in eight bits. `x` are raw samples `[n, ..]` like those that it will predict, best
+    /// some that it has learned from; at most 512 are looked at, evenly thinned out. `digest` says which they are.
     ///
     /// A value reaches from the least to the largest that was seen: clipping at a percentile saves steps, but cuts off
     /// the strongest contacts, which are rare in tactile recordings.
@@ -62,12 +62,12 @@ impl Model {
         Ok(Model::new(card, weights))
     }
 
-    /// The same model under another name.
+    /// Returns the same model under another name.
     pub(crate) fn renamed(self, name: &str) -> Model {
         Model::new(Card { name: name.into(), ..self.card().clone() }, self.weights().clone())
     }
 
-    /// Whether a tensor is in eight bits.
+    /// Checks whether a tensor is in eight bits.
     pub(crate) fn is_rounded(&self, name: &str) -> bool {
         let names = self.card().graph().filter(|_| self.card().quantized.is_some()).map(multiplied);
         names.is_some_and(|names| names.contains(&name))

@@ -43,7 +43,7 @@ impl Responder {
         Ok(Responder { frozen, batch: batch.min(SHARE), pool, idle: Mutex::default() })
     }
 
-    /// The network.
+    /// Returns the network.
     pub fn frozen(&self) -> &Frozen {
         &self.frozen
     }

@@ -60,7 +60,7 @@ pub struct CrossValidation<'a> {
 }
 
 impl<'a> CrossValidation<'a> {
-    /// Stratified 5-fold cross-validation of nothing yet, on z-scored signals, with seed 0.
+    /// Makes a stratified 5-fold cross-validation without candidates, on z-scored signals, with seed 0.
     pub fn new(dataset: &'a Dataset) -> Self {
         CrossValidation {
             name: dataset.name.clone(),
@@ -92,7 +92,7 @@ impl<'a> CrossValidation<'a> {
         CrossValidation { encoding, encoder, ..self }
     }
 
-    /// Another seed.
+    /// Sets the seed.
     pub fn seed(self, seed: u64) -> Self {
         CrossValidation { seed, ..self }
     }
@@ -102,8 +102,8 @@ impl<'a> CrossValidation<'a> {
         &mut self.encoder
     }
 
-    /// Every fold of every row, in the order in which they are run; baselines that the samples do not allow are
-    /// left out.
+    /// Returns every fold of every row, in the order in which they are run; baselines that the samples do not allow
+    /// are left out.
     ///
     /// # Errors
     /// As [`CrossValidation::run_in`], before anything is trained.
@@ -146,7 +146,7 @@ impl<'a> CrossValidation<'a> {
         self.run_as(out, &identity, options, progress, cancel)
     }
 
-    /// [`CrossValidation::run_in`] with another text that makes two runs the same.
+    /// Does what [`CrossValidation::run_in`] does, with another text that makes two runs the same.
     ///
     /// # Errors
     /// As [`CrossValidation::run_in`].
@@ -201,7 +201,7 @@ impl<'a> CrossValidation<'a> {
         Ok(plan)
     }
 
-    /// Everything that the results depend on besides the samples.
+    /// Returns everything that the results depend on besides the samples.
     fn identity(&self) -> Value {
         let candidate = |candidate: &Candidate| {
             let mut identity = json!({ "name": candidate.name });
@@ -216,7 +216,7 @@ impl<'a> CrossValidation<'a> {
     }
 }
 
-/// The first dotted key whose values differ, in words.
+/// Says in words which dotted key is the first whose values differ; `None` where none does.
 fn difference(at: &str, before: &Value, now: &Value) -> Option<String> {
     let below = |key: &str| if at.is_empty() { key.to_string() } else { format!("{at}.{key}") };
     match (before, now) {

@@ -45,14 +45,14 @@ pub struct Environment {
     pub facts: Option<Facts>,
 }
 
-/// Version of this program with the commit that it was built from, where that is known: `0.1.0 1f0c..`.
+/// Returns the version of this program with the commit that it was built from, where that is known: `0.1.0 1f0c..`.
 pub fn program() -> String {
     let version = env!("CARGO_PKG_VERSION");
     COMMIT.map_or(version.into(), |commit| format!("{version} {commit}"))
 }
 
 impl Environment {
-    /// This machine and this build, for scores on `source`.
+    /// Describes this machine and this build, for scores on `source`.
     pub fn now(threads: usize, seed: u64, source: &Source, data_digest: &str) -> Self {
         Environment {
             taxel: env!("CARGO_PKG_VERSION").into(),
@@ -71,13 +71,13 @@ impl Environment {
         }
     }
 
-    /// The processor, with the width of its vectors where the run has written it: `AMD EPYC (AVX2)`.
+    /// Returns the processor, with the width of its vectors where the run has written it: `AMD EPYC (AVX2)`.
     pub fn processor(&self) -> Option<String> {
         let cpu = self.cpu.as_deref()?;
         Some(self.vectors.as_ref().map_or(cpu.into(), |vectors| format!("{cpu} ({vectors})")))
     }
 
-    /// That this run and `now` are of two processors, or of vectors of two widths; `None` where they are not.
+    /// Says that this run and `now` are of two processors, or of vectors of two widths; `None` where they are not.
     pub(crate) fn another_machine(&self, now: &Environment) -> Option<String> {
         // A run of a version that did not write the width says nothing against it.
         if self.cpu == now.cpu && (self.vectors.is_none() || self.vectors == now.vectors) {
@@ -89,7 +89,7 @@ impl Environment {
     }
 }
 
-/// Hardware threads that the process may use; 1 where that is unknown.
+/// Returns the number of hardware threads that the process may use; 1 where that is unknown.
 pub fn cores() -> usize {
     std::thread::available_parallelism().map_or(1, Into::into)
 }

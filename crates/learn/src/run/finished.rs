@@ -9,9 +9,9 @@ use crate::run::results::{NetworkResults, Results, ScoringContext};
 use crate::run::run_models::older;
 
 impl RunFolder {
-    /// The results, and the records of all folds that have scores in them, in the order of the run. All that
-    /// other code takes for granted is checked: the samples are those of the run, every label, sample and
-    /// probability of a record is there, and the scores are what the records give.
+    /// Reads the results, and the records of all folds that have scores in them, in the order of the run. Checks all
+    /// that other code takes for granted: the samples are those of the run, every label, sample and probability of a
+    /// record is there, and the scores are what the records give.
     ///
     /// # Errors
     /// Other samples than those of the run; a file that is missing, damaged or does not fit the others.
@@ -89,7 +89,7 @@ impl RunFolder {
         wrong(record, key, dataset).map_err(|what| Error::damaged(&self.record_path(key), reason(what)))
     }
 
-    /// The record of every fold of a row, checked.
+    /// Reads and checks the record of every fold of a row.
     fn records_of(&self, network: &NetworkResults, dataset: &Dataset) -> Result<Vec<FoldRecord>> {
         let mut records = vec![];
         for fold in &network.folds {

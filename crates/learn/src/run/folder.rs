@@ -36,7 +36,7 @@ pub struct RunFolder {
 }
 
 impl RunFolder {
-    /// The run folder at `path`.
+    /// Opens the run folder at `path`.
     ///
     /// # Errors
     /// A folder that is not there or holds no run.
@@ -90,17 +90,17 @@ impl RunFolder {
         }
     }
 
-    /// The folder itself.
+    /// Returns the path of the folder itself.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// A file of the folder.
+    /// Returns the path of a file of the folder.
     pub fn file(&self, name: &str) -> PathBuf {
         self.path.join(name)
     }
 
-    /// Where the network of a fold is.
+    /// Returns the path of the model that a fold writes.
     pub fn model_path(&self, key: &FoldKey) -> PathBuf {
         self.path.join("models").join(format!("{key}.safetensors"))
     }
@@ -109,12 +109,12 @@ impl RunFolder {
         self.path.join("folds").join(format!("{key}.json"))
     }
 
-    /// Where a fold in training is saved.
+    /// Returns the path under which a fold in training is saved.
     pub(crate) fn session_path(&self, key: &FoldKey) -> PathBuf {
         self.path.join("folds").join(format!("{key}.session.safetensors"))
     }
 
-    /// The folder of a fold's TensorBoard events.
+    /// Returns the folder of a fold's TensorBoard events.
     pub(crate) fn events_path(&self, key: &FoldKey) -> PathBuf {
         self.path.join("tensorboard").join(key.to_string())
     }
@@ -123,7 +123,7 @@ impl RunFolder {
         self.path.join("folds").join(format!("{key}.timing.json"))
     }
 
-    /// The scores.
+    /// Reads the scores.
     ///
     /// # Errors
     /// A missing or damaged `results.json`.
@@ -132,7 +132,7 @@ impl RunFolder {
         read_json(&path)?.ok_or_else(|| Error::damaged(&path, "is not there; resume the run"))
     }
 
-    /// Machine, code and data of the run.
+    /// Reads the machine, code and data of the run.
     ///
     /// # Errors
     /// A missing or damaged `environment.json`.
@@ -141,7 +141,7 @@ impl RunFolder {
         read_json(&path)?.ok_or_else(|| Error::damaged(&path, "is not there; run the experiment again"))
     }
 
-    /// A JSON file that was put beside the run's own; `None` where there is none.
+    /// Reads a JSON file that was put beside the run's own; `None` where there is none.
     ///
     /// # Errors
     /// A damaged file.
@@ -165,7 +165,7 @@ impl RunFolder {
         read_json(&self.record_path(key))
     }
 
-    /// How long a finished fold took; `None` where it is not finished.
+    /// Reads how long a finished fold took; `None` where it is not finished.
     ///
     /// # Errors
     /// A damaged file.
@@ -173,7 +173,7 @@ impl RunFolder {
         read_json(&self.timing_path(key))
     }
 
-    /// Every fold of every network, in the order in which they are run.
+    /// Returns every fold of every network, in the order in which they are run.
     ///
     /// # Errors
     /// A damaged `results.json`.
@@ -181,7 +181,7 @@ impl RunFolder {
         self.keys_of(&self.results()?)
     }
 
-    /// As [`RunFolder::keys`], of results that are read already.
+    /// Does what [`RunFolder::keys`] does, for results that are read already.
     pub(crate) fn keys_of(&self, results: &Results) -> Result<Vec<FoldKey>> {
         let (repetitions, folds) = (results.protocol.repetitions(), results.folds);
         let known = results.networks.iter().map(|n| n.folds.len()).sum::<usize>() + results.missing.len();

@@ -43,7 +43,7 @@ fn make(folder: &Path) -> Result<()> {
     fs::create_dir_all(folder).map_err(|e| Error::io(folder, "created", e))
 }
 
-/// One file under two names where the file system can, else a copy.
+/// Gives one file two names where the file system can, and copies it elsewhere.
 fn link(from: &Path, to: &Path) -> Result<()> {
     match fs::hard_link(from, to) {
         // Copying a file onto another name of itself would empty it.

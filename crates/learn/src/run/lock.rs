@@ -11,7 +11,7 @@ use crate::error::{Error, Result};
 /// Name of the lock file.
 const LOCK: &str = ".lock";
 
-/// Whether a folder holds nothing but what a killed process leaves before its first file.
+/// Checks whether a folder holds nothing but what a killed process leaves before its first file.
 pub(crate) fn is_empty(folder: &Path) -> Result<bool> {
     let io = |e| Error::io(folder, "read", e);
     for entry in fs::read_dir(folder).map_err(io)? {

@@ -30,13 +30,14 @@ pub struct RunOptions {
     pub stop: Option<Arc<AtomicBool>>,
 }
 
-/// So many worker threads as are asked for, at most one per core, at least one; without a word one per core.
+/// Returns the number of worker threads: as many as are asked for, at most one per core, at least one; without a
+/// word one per core.
 pub fn threads(wanted: Option<usize>) -> usize {
     wanted.unwrap_or(usize::MAX).clamp(1, cores())
 }
 
 impl RunOptions {
-    /// Worker threads, from one to one per core.
+    /// Returns the number of worker threads, from one to one per core.
     pub fn threads(&self) -> usize {
         threads(self.threads)
     }
@@ -46,12 +47,12 @@ impl RunOptions {
         self.save_every.unwrap_or(SAVE_EVERY)
     }
 
-    /// Whether a fold is to be trained and tested.
+    /// Checks whether a fold is to be trained and tested.
     pub(crate) fn wants(&self, key: &FoldKey) -> bool {
         self.only.as_ref().is_none_or(|only| only.contains(key))
     }
 
-    /// Whether the run is to end after its next saving.
+    /// Checks whether the run is to end after its next saving.
     pub(crate) fn is_stopping(&self) -> bool {
         self.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed))
     }

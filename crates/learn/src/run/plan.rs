@@ -117,19 +117,20 @@ impl<'a> RunPlan<'a> {
         }
     }
 
-    /// The row of a fold.
+    /// Returns the row of a fold.
     pub fn row(&self, key: &FoldKey) -> Option<&PlannedRow> {
         self.rows.iter().find(|row| row.name == key.network)
     }
 
-    /// The samples of a fold.
+    /// Returns the samples of a fold.
     pub fn fold(&self, key: &FoldKey) -> Option<&Fold> {
         let few = self.row(key)?.few;
         self.folds.get(key.repetition)?.get(few.map_or(key.fold, |(_, fold)| fold))
     }
 }
 
-/// One row per candidate; of a learning curve one per number of samples. Rows name files: no two are alike.
+/// Makes one row per candidate; of a learning curve one per number of samples. Rows name files: two that are alike
+/// are refused.
 fn rows(candidates: &[Candidate], protocol: &Protocol) -> Result<Vec<PlannedRow>> {
     let mut rows: Vec<PlannedRow> = vec![];
     for (candidate, one) in candidates.iter().enumerate() {
@@ -151,7 +152,7 @@ fn rows(candidates: &[Candidate], protocol: &Protocol) -> Result<Vec<PlannedRow>
     Ok(rows)
 }
 
-/// The candidates that can be fitted to these samples, and why others cannot.
+/// Returns the candidates that can be fitted to these samples, and why others cannot.
 fn able(
     candidates: Vec<Candidate>,
     encoder: &Encoder,
@@ -170,8 +171,8 @@ fn able(
     (able, left_out)
 }
 
-/// How many samples a few global statistics tell apart, where that is so many that it makes real
-/// recordings suspicious. A simulated world has no recording that could differ.
+/// Counts the samples that a few global statistics tell apart, where they are so many that real recordings become
+/// suspicious. A simulated world has no recording that could differ.
 pub(crate) fn shortcut(dataset: &Dataset) -> Option<Shortcut> {
     if dataset.source.is_simulated() || dataset.targets.labels().is_none() {
         return None;

@@ -111,17 +111,17 @@ impl Default for Protocol {
 }
 
 impl Protocol {
-    /// Stratified cross-validation, once.
+    /// Makes a stratified cross-validation, once.
     pub fn k_fold(folds: usize) -> Self {
         Protocol::KFold { folds, split: Split::Stratified, repetitions: 1 }
     }
 
-    /// Cross-validation in which no group is in two parts.
+    /// Makes a cross-validation in which no group is in two parts.
     pub fn group_k_fold(folds: usize) -> Self {
         Protocol::KFold { folds, split: Split::Group, repetitions: 1 }
     }
 
-    /// How often everything is repeated with other parts.
+    /// Returns the number of repetitions, each with other parts.
     pub fn repetitions(&self) -> usize {
         match self {
             Protocol::KFold { repetitions, .. }
@@ -132,7 +132,7 @@ impl Protocol {
         }
     }
 
-    /// Training samples per class of a learning curve's rows; none for other protocols.
+    /// Returns the training samples per class of a learning curve's rows; none for other protocols.
     pub fn per_class(&self) -> Option<&[usize]> {
         match self {
             Protocol::FewSamples { per_class, .. } => Some(per_class),
@@ -150,7 +150,7 @@ impl Protocol {
         }
     }
 
-    /// Cross-validation within the training part `rows` of one of its own folds.
+    /// Makes the cross-validation within the training part `rows` of one of its own folds.
     ///
     /// # Errors
     /// Groups that are not there, or a training part of a single one.
@@ -166,6 +166,8 @@ impl Protocol {
         Ok(Protocol::KFold { folds, split, repetitions: 1 })
     }
 
+    /// Checks all numbers of the protocol.
+    ///
     /// # Errors
     /// A value outside its range.
     pub fn check(&self) -> Check {
@@ -194,7 +196,7 @@ impl Protocol {
         }
     }
 
-    /// The protocol in a few words, for captions: `stratified 5-fold, 2 repetitions`.
+    /// Describes the protocol in a few words, for captions: `stratified 5-fold, 2 repetitions`.
     pub fn words(&self) -> String {
         let split = match self.split() {
             Split::Stratified => "stratified",
@@ -244,7 +246,7 @@ impl Protocol {
         Ok(Some(groups))
     }
 
-    /// The folds of one repetition; of a learning curve one per number of training samples per class.
+    /// Makes the folds of one repetition; of a learning curve one per number of training samples per class.
     ///
     /// # Errors
     /// Groups or an official split that are not there, or too few samples or groups for the protocol.
@@ -255,7 +257,7 @@ impl Protocol {
         })
     }
 
-    /// The same; classes go by their labels in errors.
+    /// Makes the folds of [`Protocol::folds`]; classes go by their labels in errors.
     fn cuts(&self, dataset: &Dataset, seed: u64, repetition: usize) -> Result<Vec<Fold>> {
         let units = self.inseparable(dataset)?;
         let (y, repetition) = (&*dataset.strata(), repetition as u32);
@@ -295,13 +297,13 @@ impl Protocol {
     }
 }
 
-/// The groups that [`Protocol::inseparable`] insisted on.
+/// Returns the groups that [`Protocol::inseparable`] insisted on.
 fn grouped(units: Option<&[u32]>) -> &[u32] {
     #[expect(clippy::expect_used, reason = "a data set without groups was refused")]
     units.expect("groups")
 }
 
-/// One random cut.
+/// Makes one random cut.
 fn cut(
     dataset: &Dataset,
     split: Split,
@@ -335,7 +337,7 @@ fn official(dataset: &Dataset) -> Result<Fold> {
     Ok(Fold { train, test, validation: vec![] })
 }
 
-/// Whether `y` counts combinations of levels: rare ones need not be in every part.
+/// Checks whether the strata are combinations of levels: rare ones need not be in every part.
 fn has_combinations(dataset: &Dataset) -> bool {
     matches!(dataset.targets, Targets::Levels(_))
 }

@@ -103,7 +103,7 @@ pub(crate) fn kept(
     Ok(rows)
 }
 
-/// The row in eight bits, without a score.
+/// Makes the row in eight bits. Its scores are still those in floats, until they are computed.
 fn row(float: &NetworkResults) -> NetworkResults {
     NetworkResults {
         network: format!("{}.int8", float.network),
@@ -123,7 +123,7 @@ fn row(float: &NetworkResults) -> NetworkResults {
     }
 }
 
-/// The training samples of a fold.
+/// Returns the training samples of a fold.
 fn train<'f>(
     folder: &RunFolder,
     results: &Results,
@@ -142,7 +142,8 @@ fn train<'f>(
     })
 }
 
-/// One fold in eight bits: its model, record and timing are written. Gives what the model costs, too.
+/// Computes one fold in eight bits and writes its model, record and timing. Returns the record and what the model
+/// costs.
 fn one(
     folder: &RunFolder,
     dataset: &Dataset,

@@ -25,7 +25,7 @@ pub struct FoldKey {
 }
 
 impl FoldKey {
-    /// Every fold of every network, in the order in which they are run.
+    /// Returns every fold of every network, in the order in which they are run.
     pub(crate) fn all<'a>(
         networks: impl Iterator<Item = &'a str>,
         repetitions: usize,
@@ -40,8 +40,8 @@ impl FoldKey {
         keys
     }
 
-    /// Whether `part` is one or several whole parts of its name `mlp.r0.f1`: the row `mlp`, the repetition `r0`, or
-    /// `mlp.r0`.
+    /// Checks whether `part` is one or several whole parts of its name `mlp.r0.f1`: the row `mlp`, the repetition
+    /// `r0`, or `mlp.r0`.
     pub fn is_within(&self, part: &str) -> bool {
         format!(".{self}.").contains(&format!(".{part}."))
     }
@@ -64,7 +64,7 @@ pub struct Change {
 }
 
 impl Change {
-    /// How far training moved each convolution of `graph`.
+    /// Computes how far training moved each convolution of `graph`.
     pub(crate) fn all(graph: &Graph, start: &Weights, trained: &Weights) -> Result<Vec<Self>> {
         let mut before = trained.clone();
         before.start_from(graph, start, false)?;
@@ -227,7 +227,7 @@ impl From<Cost> for Costs {
 }
 
 impl Timing {
-    /// Training samples times epochs per second.
+    /// Computes training samples times epochs per second.
     pub fn samples_per_second(&self) -> f64 {
         self.samples as f64 / self.train_seconds.max(1e-9)
     }

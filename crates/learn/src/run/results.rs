@@ -151,7 +151,7 @@ impl Results {
         self.data_digest == dataset.digest && facts.is_none_or(|facts| *facts == dataset.facts().digest())
     }
 
-    /// No networks, no folds.
+    /// Makes results without networks and without folds.
     pub(crate) fn empty(dataset: &Dataset, protocol: &Protocol, seed: u64) -> Self {
         let task = dataset.task();
         Results {
@@ -181,13 +181,13 @@ impl Results {
         Metric::primary(&self.task)
     }
 
-    /// The row in floats whose models the row `network` holds in eight bits; any other row stands for itself.
+    /// Returns the row in floats whose models the row `network` holds in eight bits; any other row stands for itself.
     pub fn in_floats<'n>(&'n self, network: &'n str) -> &'n str {
         let row = self.networks.iter().find(|row| row.network == network);
         row.and_then(|row| row.quantized.as_deref()).unwrap_or(network)
     }
 
-    /// The cross-validated score of a row, for the card of a model; none without a finished fold.
+    /// Returns the cross-validated score of a row, for the card of a model; none without a finished fold.
     pub fn score(&self, network: &str) -> Option<Score> {
         let row = self.networks.iter().find(|row| row.network == network)?;
         Some(Score {
@@ -253,7 +253,7 @@ fn mean_changes(records: &[&FoldRecord]) -> Vec<Change> {
     first.changes.iter().enumerate().map(mean).collect()
 }
 
-/// None unless every fold has it.
+/// Computes the mean score and loss with the other batch-norm statistics; none unless every fold has them.
 fn mean_other(records: &[&FoldRecord]) -> Option<OtherStatistics> {
     let each: Vec<OtherStatistics> = records.iter().map(|r| r.other_statistics).collect::<Option<_>>()?;
     let mean = |value: fn(&OtherStatistics) -> f64| each.iter().map(value).sum::<f64>() / each.len() as f64;
@@ -290,7 +290,7 @@ impl NetworkResults {
         self.sd.as_ref()?.get(name)
     }
 
-    /// `2 of 5 folds`: those whose training diverged, of those that were trained.
+    /// Counts the folds whose training diverged, of those that were trained: `2 of 5 folds`.
     pub fn diverged_folds(&self) -> String {
         format!("{} of {} folds", self.diverged, self.folds.len() + self.stopped())
     }
@@ -300,7 +300,7 @@ impl NetworkResults {
         self.diverged.saturating_sub(self.folds.iter().filter(|fold| fold.diverged).count())
     }
 
-    /// Whether the row is what follows from the records of its folds; the interval is not drawn again.
+    /// Checks whether the row is what follows from the records of its folds; the interval is not drawn again.
     pub(crate) fn follows_from(&self, records: &[&FoldRecord], frame: &ScoringContext) -> Result<bool> {
         let mut again = self.clone();
         again.tally(records, frame)?;
@@ -320,7 +320,7 @@ impl NetworkResults {
         Ok(follows && again == *self)
     }
 
-    /// Everything but the interval and the count of diverged folds.
+    /// Computes everything but the interval and the count of diverged folds.
     fn tally(&mut self, records: &[&FoldRecord], frame: &ScoringContext) -> Result<()> {
         self.folds.clear();
         let mut sums: Vec<Confusion> = vec![];

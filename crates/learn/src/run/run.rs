@@ -45,7 +45,7 @@ struct Finished {
 }
 
 impl<'a> ActiveRun<'a> {
-    /// A run that writes to `folder`, or keeps its records in memory.
+    /// Makes a run that writes to `folder`, or keeps its records in memory.
     pub fn new(mut plan: RunPlan<'a>, options: &'a RunOptions, folder: Option<RunFolder>) -> Self {
         plan.results.shortcut = shortcut(plan.dataset);
         ActiveRun {
@@ -137,7 +137,7 @@ impl<'a> ActiveRun<'a> {
         Ok(())
     }
 
-    /// A record with its digests; those of an older version are added, if its model file is that of the fold.
+    /// Returns a record with its digests; those of an older version are added, if its model file is that of the fold.
     fn completed(&self, folder: &RunFolder, record: FoldRecord) -> Result<FoldRecord> {
         if record.data.is_some() && record.model.is_some() {
             return Ok(record);
@@ -199,7 +199,7 @@ impl<'a> ActiveRun<'a> {
         }
     }
 
-    /// Empty where nothing is written.
+    /// Returns the path of the folder as text; empty where nothing is written.
     fn folder_name(&self) -> String {
         self.folder.as_ref().map_or(String::new(), |folder| folder.path().display().to_string())
     }
@@ -213,7 +213,7 @@ impl<'a> ActiveRun<'a> {
         Ok(())
     }
 
-    /// Multiply-accumulates of a fold's training; baselines cost next to nothing.
+    /// Returns the multiply-accumulates of a fold's training; baselines cost next to nothing.
     fn work(&self, key: &FoldKey) -> u64 {
         let (Some(candidate), Some(fold)) = (self.candidate(key), self.plan.fold(key)) else { return 0 };
         candidate.estimator.work_per_sample() * candidate.estimator.samples(fold) as u64
@@ -273,7 +273,7 @@ impl<'a> ActiveRun<'a> {
         self.plan.fold(key).expect("a fold of the plan")
     }
 
-    /// Whether this fold is the one of its row whose predictions are timed.
+    /// Checks whether this fold is the one of its row whose predictions are timed.
     fn is_first(&self, key: &FoldKey) -> bool {
         self.plan.keys.iter().find(|other| other.network == key.network) == Some(key)
     }
@@ -315,7 +315,7 @@ impl<'a> ActiveRun<'a> {
         }
     }
 
-    /// The scores of all that is finished.
+    /// Returns the scores of all that is finished.
     ///
     /// # Errors
     /// Records that do not fit the data.

@@ -26,7 +26,7 @@ impl Model {
     }
 }
 
-/// A model of that digest, which must be the one that the fold wrote, where its record holds one.
+/// Refuses a model whose `digest` is not the one in the record of its fold; a record without a digest takes any.
 fn checked(path: &Path, model: Model, digest: &str, fold: &(RunFolder, FoldRecord)) -> Result<Model> {
     let (folder, record) = fold;
     match &record.model {
@@ -52,7 +52,7 @@ pub fn read_weights(path: &Path) -> Result<Weights> {
 }
 
 impl RunFolder {
-    /// The model that a finished fold wrote.
+    /// Reads the model that a finished fold wrote.
     ///
     /// # Errors
     /// A file that is missing or damaged, or is not the one whose digest the record holds.
@@ -66,8 +66,8 @@ impl RunFolder {
         }
     }
 
-    /// The digest of the model that a fold of an older version wrote, if the card says that it is of this fold,
-    /// `network` and training.
+    /// Returns the digest of the model that a fold of an older version wrote, if the card says that it is of this
+    /// fold, `network` and training.
     pub(crate) fn older_model(&self, key: &FoldKey, network: &str, data: &str, seed: u64) -> Result<String> {
         let (path, record_path) = (self.model_path(key), self.record_path(key));
         let (model, digest) = Model::read(&path)?;
@@ -85,14 +85,14 @@ impl RunFolder {
     }
 }
 
-/// The record of a fold that was written before there were digests.
+/// Refuses the record of a fold that was written before there were digests.
 pub(crate) fn older(record: &Path) -> Error {
     let reason = "was written by an older version and holds no digests of data and model; resume the run, which \
                   adds them";
     Error::damaged(record, reason)
 }
 
-/// The fold whose model stands at `path`; none outside of run folders.
+/// Returns the fold whose model stands at `path`; none outside of run folders.
 fn fold_of(path: &Path) -> Result<Option<(RunFolder, FoldRecord)>> {
     let full = std::fs::canonicalize(path).unwrap_or_else(|_| path.into());
     let run = full.parent().filter(|folder| folder.ends_with("models")).and_then(Path::parent);
@@ -102,7 +102,7 @@ fn fold_of(path: &Path) -> Result<Option<(RunFolder, FoldRecord)>> {
     Ok(record.map(|record| (folder, record)))
 }
 
-/// `is mlp of repetition 0, fold 1`.
+/// Says what a model was trained on: `is mlp of repetition 0, fold 1`.
 fn who(card: &Card) -> String {
     let name = &card.name;
     match card.trained_on.part {

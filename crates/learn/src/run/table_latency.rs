@@ -11,7 +11,7 @@ use crate::training::feed::Feed;
 /// It costs two seconds at most.
 const TABLE: Stopwatch = Stopwatch { warm_up: 20, runs: 200, least: 5, budget: 2.0 };
 
-/// Time of the sample `row` through a network.
+/// Measures the time of the sample `row` through a network.
 pub(crate) fn of_network(graph: &Graph, weights: &Weights, inputs: &[Input], row: usize) -> Result<Latency> {
     let frozen = Frozen::new(graph, weights)?;
     let mut workspace = frozen.workspace();

@@ -60,7 +60,7 @@ pub(crate) fn events(record: &FoldRecord, primary: &Metric) -> Vec<u8> {
     file
 }
 
-/// One epoch; scalars without a value are left out.
+/// Makes the event of one epoch; scalars without a value are left out.
 fn event(epoch: usize, scalars: &[(&str, Option<f64>)]) -> Event {
     let scalar = |(tag, value): &(&str, Option<f64>)| {
         Some(Scalar { tag: Some((*tag).into()), simple_value: Some((*value)? as f32) })

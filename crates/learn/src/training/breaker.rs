@@ -25,7 +25,7 @@ pub(crate) struct Breaker<'a> {
 }
 
 impl<'a> Breaker<'a> {
-    /// A breaker for samples of `dataset` that become `inputs`; what levels are relative to is fitted on
+    /// Makes a breaker for samples of `dataset` that become `inputs`; what levels are relative to is fitted on
     /// `rows`. `None` where nothing is ever drawn.
     ///
     /// # Errors

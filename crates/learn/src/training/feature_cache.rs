@@ -16,7 +16,7 @@ use crate::training::recipe::{FrozenStatistics, Recipe};
 /// Bytes of the features of all samples, above which every pass makes them anew.
 const MOST_BYTES: usize = 2 << 30;
 
-/// The network cut behind what `recipe` leaves as it is for every sample; none where a sample differs from pass to
+/// Cuts the network behind what `recipe` leaves as it is for every sample. `None` where a sample differs from pass to
 /// pass, or where the features of `samples` samples would be too many.
 pub(crate) fn halves(graph: &Graph, recipe: &Recipe, samples: usize) -> Option<Halves> {
     if recipe.frozen.is_empty() || recipe.augment.is_some() || recipe.faults.is_some() {
@@ -28,7 +28,7 @@ pub(crate) fn halves(graph: &Graph, recipe: &Recipe, samples: usize) -> Option<H
     (samples.saturating_mul(features * size_of::<f32>()) <= MOST_BYTES).then_some(halves)
 }
 
-/// Which nodes keep all their tensors: frozen ones, but batch norms whose statistics `recipe` renews.
+/// Marks the nodes that keep all their tensors: frozen ones, but not batch norms whose statistics `recipe` renews.
 ///
 /// # Errors
 /// A frozen node that the network does not have.
@@ -54,7 +54,7 @@ pub(crate) fn predict_alike(halves: &Halves) -> bool {
     end.shape.len() == 1 && end.op != Op::Flatten && halves.head.nodes().iter().all(folds_nothing)
 }
 
-/// Whether a node has running statistics.
+/// Checks whether a node has running statistics.
 pub(crate) fn is_norm(node: &Node) -> bool {
     matches!(node.op, Op::BatchNorm { .. })
 }

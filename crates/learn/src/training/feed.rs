@@ -30,13 +30,15 @@ pub(crate) struct TrainingPass<'p> {
     pub augment: Option<(&'p Augment, Key)>,
 }
 
-/// The inputs that a network reads, in its order.
+/// Returns the inputs that a network reads, in its order.
 pub(crate) fn read_by<'a>(graph: &Graph, inputs: &'a [Input]) -> Vec<&'a Input> {
     let find = |node: &taxel_graph::Node| inputs.iter().find(|input| input.name == node.name);
     graph.inputs().filter_map(find).collect()
 }
 
 impl<'a> Feed<'a> {
+    /// Makes the feed of a network from its encoded inputs.
+    ///
     /// # Errors
     /// An input of the network that is not encoded.
     pub fn new(graph: &Graph, inputs: &'a [Input]) -> Result<Self> {
@@ -51,12 +53,12 @@ impl<'a> Feed<'a> {
         Ok(Feed { batches: vec![vec![]; inputs.len()], inputs, outside, breaker: None, features: None })
     }
 
-    /// The same, with training samples broken by `breaker`.
+    /// Returns the same feed, with training samples corrupted by `breaker`.
     pub fn under(self, breaker: Option<Breaker<'a>>) -> Self {
         Feed { breaker, ..self }
     }
 
-    /// The same, for an engine that learns from `features` in place of samples.
+    /// Returns the same feed, for an engine that learns from `features` in place of samples.
     pub fn behind(self, features: Option<CachedFeatures>) -> Self {
         Feed { features, ..self }
     }
@@ -67,7 +69,7 @@ impl<'a> Feed<'a> {
         }
     }
 
-    /// The values of `rows`, one slice per input of the whole network.
+    /// Returns the values of `rows`, one slice per input of the whole network.
     pub fn rows(&mut self, rows: &[usize]) -> Vec<&[f32]> {
         self.gather(rows);
         self.batches.iter().map(Vec::as_slice).collect()
@@ -78,7 +80,7 @@ impl<'a> Feed<'a> {
         Ok(engine.forward(&slices, n, mode)?)
     }
 
-    /// A pass over `rows`.
+    /// Runs a forward pass over `rows` and returns the outputs.
     pub fn forward<'e>(&mut self, engine: &'e mut Engine, rows: &[usize], mode: Mode) -> Result<&'e [f32]> {
         if let Some(features) = &mut self.features {
             return Ok(engine.forward(&[features.rows(rows)?], rows.len(), mode)?);
@@ -87,7 +89,7 @@ impl<'a> Feed<'a> {
         self.run(engine, rows.len(), mode)
     }
 
-    /// A training pass over `rows`, or over what faults and augmentation make of them.
+    /// Runs a forward pass in training over `rows`, or over what faults and augmentation make of them.
     pub fn train<'e>(
         &mut self,
         engine: &'e mut Engine,

@@ -15,7 +15,7 @@ pub struct Hooks<'a> {
 }
 
 impl Hooks<'_> {
-    /// Whether the training is to end.
+    /// Checks whether the training is to end.
     pub fn is_cancelled(&self) -> bool {
         self.cancel.load(Ordering::Relaxed)
     }

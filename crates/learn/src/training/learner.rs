@@ -51,7 +51,7 @@ pub(crate) struct Learner<'d> {
 }
 
 impl<'d> Learner<'d> {
-    /// A network with its first weights, to learn from `rows`.
+    /// Makes the learner of a network with its first weights, to learn from `rows`.
     ///
     /// # Errors
     /// Weights or frozen nodes that do not fit the graph, an input that is not encoded.
@@ -107,7 +107,7 @@ impl<'d> Learner<'d> {
         })
     }
 
-    /// One pass over `rows`; `None` if cancelled. A function of weights, part and epoch.
+    /// Trains in one pass over `rows`; `None` if cancelled. The result is a function of weights, part and epoch.
     ///
     /// # Errors
     /// [`Error::Diverged`] for a loss that is not finite.
@@ -154,7 +154,7 @@ impl<'d> Learner<'d> {
         }))
     }
 
-    /// Batch-norm statistics as the recipe wants them; false if cancelled.
+    /// Makes the batch-norm statistics what the recipe wants them to be; false if cancelled.
     ///
     /// # Errors
     /// An error of the engine.
@@ -166,8 +166,8 @@ impl<'d> Learner<'d> {
         Ok(true)
     }
 
-    /// Batch-norm statistics over the whole training part, under its faults if it has some; false if cancelled.
-    /// Training does not see them.
+    /// Computes batch-norm statistics over the whole training part, under its faults if it has some; false if
+    /// cancelled. Training does not see them.
     ///
     /// # Errors
     /// An error of the engine.
@@ -188,7 +188,7 @@ impl<'d> Learner<'d> {
         Ok(true)
     }
 
-    /// All parameters and statistics as they are now.
+    /// Returns all parameters and statistics as they are now.
     pub fn weights(&self) -> Weights {
         let Some(first) = &self.first else { return self.engine.weights() };
         let mut weights = first.clone();
@@ -270,7 +270,7 @@ impl<'d> Learner<'d> {
         Error::Diverged { network, repetition, fold, epoch, batch, loss, lr: lr as f32 }
     }
 
-    /// The last epoch left the finite numbers.
+    /// Makes the error of a last epoch that left the finite numbers.
     pub fn diverged_at_the_end(&self, value: f32) -> Error {
         let last = self.recipe.epochs.saturating_sub(1);
         self.diverged(last, self.steps.saturating_sub(1), value, self.recipe.rate(last))
@@ -310,7 +310,7 @@ fn encoded(graph: &Graph, inputs: &[Input]) -> Vec<Arc<Encoded>> {
     read_by(graph, inputs).iter().map(|input| Arc::clone(&input.encoded)).collect()
 }
 
-/// Names of the nodes of a part of `graph` that `frozen` covers.
+/// Returns the names of the nodes of a part of `graph` that `frozen` covers.
 fn left(part: &Graph, graph: &Graph, frozen: &[String]) -> taxel_graph::Result<Vec<String>> {
     let covered = graph.nodes().iter().zip(graph.covered(frozen)?).filter(|(_, covered)| *covered);
     let in_part = |name: &str| part.nodes().iter().any(|node| node.name == name && node.op != Op::Input);

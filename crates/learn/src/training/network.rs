@@ -86,7 +86,7 @@ impl Training<'_> {
         Ok(Some(TrainedNetwork { chosen, best_epoch, diverged, epochs: stage.epochs, ..tested }))
     }
 
-    /// Digest of all that the weights depend on.
+    /// Computes the digest of all that the weights depend on.
     fn digest(&self) -> String {
         let Trainable { graph, recipe, search, start } = self.network;
         let TrainingKey { seed, repetition, fold } = self.set.part;
@@ -160,7 +160,7 @@ impl Training<'_> {
         }))
     }
 
-    /// Samples times epochs that [`Training::run`] trains on at most.
+    /// Returns samples times epochs that [`Training::run`] trains on at most.
     pub fn samples(network: &Trainable, fold: &Fold) -> usize {
         let fitted = |recipe: &Recipe, share: Option<f64>| {
             let rows = fold.train.len();
@@ -174,8 +174,8 @@ impl Training<'_> {
         trials.sum::<usize>() + last
     }
 
-    /// The rows that are trained on and those that choose: the protocol's, or held back from the
-    /// training part by the share that `key` gives.
+    /// Returns the rows that are trained on and those that choose: the protocol's, or held back from the training
+    /// part by the share that `key` gives.
     fn parts(&self, share: f64, purpose: &str, key: &str) -> Result<(Vec<usize>, Vec<usize>)> {
         let fold = self.set.fold;
         if !fold.validation.is_empty() {

@@ -21,12 +21,12 @@ pub(crate) struct Objective {
 }
 
 impl Objective {
-    /// The objective of `recipe` on the training samples `rows`.
+    /// Makes the objective of `recipe` on the training samples `rows`.
     pub fn new(recipe: &Recipe, labels: &Labels, rows: &[usize]) -> Self {
         Self::of(recipe, Levels::new(&labels.sizes()), &labels.of(rows))
     }
 
-    /// The same for the labels `seen` themselves.
+    /// Makes the same objective of the labels `seen` themselves.
     fn of(recipe: &Recipe, levels: Levels, seen: &[u32]) -> Self {
         let outputs = levels.outputs();
         let balanced = || {
@@ -66,8 +66,8 @@ impl Objective {
         backward(self.loss, Targets::Values(&targets))
     }
 
-    /// `torch.nn.CrossEntropyLoss(weight=.., label_smoothing=..)` as target values: PyTorch divides by the
-    /// weights of the batch's labels, the engine by the number of samples.
+    /// Changes targets into those of `torch.nn.CrossEntropyLoss(weight=.., label_smoothing=..)`: PyTorch divides by
+    /// the weights of the batch's labels, the engine by the number of samples.
     fn soften(&self, labels: &[u32], targets: &mut [f32]) {
         let classes = self.levels.outputs();
         let weight = |class: usize| self.weights.as_ref().map_or(1.0, |weights| weights[class]);
@@ -81,8 +81,8 @@ impl Objective {
         }
     }
 
-    /// Mean loss of logits `[n, outputs]` in evaluation: without smoothing and weights, so that different
-    /// trainings compare.
+    /// Computes the mean loss of logits `[n, outputs]` in evaluation: without smoothing and weights, so that
+    /// different trainings compare.
     pub fn value(&self, logits: &[f32], labels: &[u32]) -> f64 {
         let outputs = self.levels.outputs();
         let targets = self.levels.targets(labels);
@@ -110,20 +110,20 @@ impl Objective {
         rows.map(term).sum::<f64>() / (logits.len() / outputs).max(1) as f64
     }
 
-    /// Whether a mean training loss is far above what knowing nothing costs: [`DIVERGED`] times that of outputs
-    /// that are all 0, or not finite.
+    /// Checks whether a mean training loss is far above what knowing nothing costs: [`DIVERGED`] times that of
+    /// outputs that are all 0, or not finite.
     pub fn is_diverged(&self, loss: f64) -> bool {
         let labels = vec![0; self.levels.sizes().len()];
         let idle = self.value(&vec![0.0; self.levels.outputs()], &labels);
         !loss.is_finite() || loss > DIVERGED * idle
     }
 
-    /// Number of labels that `outputs` (logits or probabilities) get right.
+    /// Counts the labels that `outputs` (logits or probabilities) get right.
     pub fn correct(&self, outputs: &[f32], labels: &[u32]) -> usize {
         self.levels.predicted(outputs).iter().zip(labels).filter(|(a, b)| a == b).count()
     }
 
-    /// [`probabilities`] of this loss.
+    /// Turns logits into the [`probabilities`] of this loss.
     pub fn probabilities(&self, logits: &mut [f32]) {
         probabilities(self.loss, self.levels.outputs(), logits);
     }

@@ -69,7 +69,7 @@ impl Default for Optimizer {
 }
 
 impl Optimizer {
-    /// The first learning rate.
+    /// Returns the first learning rate.
     pub fn lr(&self) -> f64 {
         match self {
             Optimizer::Sgdm { lr, .. } => *lr,
@@ -77,7 +77,7 @@ impl Optimizer {
         }
     }
 
-    /// Which parameters its penalty touches.
+    /// Returns which parameters its penalty touches.
     pub(crate) fn decay(&self) -> Decay {
         match *self {
             Optimizer::Sgdm { decay, .. } => decay,
@@ -85,7 +85,7 @@ impl Optimizer {
         }
     }
 
-    /// One step with the gradients of the last backward pass, at learning rate `lr`.
+    /// Makes one step with the gradients of the last backward pass, at learning rate `lr`.
     pub(crate) fn step(&self, engine: &mut Engine, lr: f64) {
         let adam = |moments: &Moments| {
             let [first, second] = moments.betas;
@@ -102,6 +102,8 @@ impl Optimizer {
         }
     }
 
+    /// Checks all settings.
+    ///
     /// # Errors
     /// A setting outside its range.
     pub fn check(&self) -> Check {

@@ -16,22 +16,22 @@ pub struct TrainingKey {
 }
 
 impl TrainingKey {
-    /// The training on all samples: no fold has this number.
+    /// Returns the key of the training on all samples: no fold has this number.
     pub fn everything(seed: u64) -> Self {
         TrainingKey { seed, repetition: 0, fold: u32::MAX as usize }
     }
 
-    /// The keyed generator's word for a random choice of this training.
+    /// Returns the keyed generator's word for a random choice of this training.
     pub fn purpose(&self, what: &str) -> String {
         format!("{what}/r{}/f{}", self.repetition, self.fold)
     }
 
-    /// `rows` in the order in which an epoch visits them.
+    /// Returns `rows` in the order in which an epoch visits them.
     pub fn shuffled(&self, rows: &[usize], epoch: usize) -> Vec<usize> {
         self.shuffle(rows, &format!("{}/e{epoch}", self.purpose("shuffle")))
     }
 
-    /// `rows` in an order drawn for `purpose`.
+    /// Returns `rows` in an order drawn for `purpose`.
     pub fn shuffle(&self, rows: &[usize], purpose: &str) -> Vec<usize> {
         let mut order = rows.to_vec();
         order.shuffle(&mut taxel_base::seed::rng(self.seed, purpose));
@@ -39,7 +39,7 @@ impl TrainingKey {
     }
 }
 
-/// The order in which an epoch visits the training samples: a function of its arguments alone.
+/// Returns the order in which an epoch visits the training samples: a function of its arguments alone.
 pub fn shuffled(train: &[usize], seed: u64, repetition: usize, fold: usize, epoch: usize) -> Vec<usize> {
     TrainingKey { seed, repetition, fold }.shuffled(train, epoch)
 }

@@ -31,7 +31,7 @@ pub enum BatchNorm {
 }
 
 impl BatchNorm {
-    /// The name in a config.
+    /// Returns the name in a config.
     pub fn name(self) -> &'static str {
         match self {
             BatchNorm::Recomputed => "population",
@@ -222,7 +222,8 @@ impl Default for Recipe {
 const SMALLEST_BATCH: usize = 8;
 
 impl Recipe {
-    /// The recipe for so many training samples: epochs and batches as the least numbers of steps and batches ask.
+    /// Returns the recipe for so many training samples: epochs and batches as the least numbers of steps and batches
+    /// ask.
     pub fn for_samples(&self, samples: usize) -> Recipe {
         let mut recipe = self.clone();
         if let Some(batches) = recipe.least_batches.take() {
@@ -235,7 +236,7 @@ impl Recipe {
         recipe
     }
 
-    /// The learning rate of `epoch`, from 0.
+    /// Returns the learning rate of `epoch`, from 0.
     pub fn rate(&self, epoch: usize) -> f64 {
         let lr = self.optimizer.lr();
         let rising = (self.warm_up * self.epochs as f64).ceil() as usize;
@@ -245,6 +246,8 @@ impl Recipe {
         }
     }
 
+    /// Checks all settings.
+    ///
     /// # Errors
     /// The first setting outside its range.
     pub fn check(&self) -> Check {

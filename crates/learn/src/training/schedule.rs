@@ -46,7 +46,7 @@ impl Schedule {
         Schedule::Steps { at: at.to_vec(), factor: FACTOR }
     }
 
-    /// Learning rate in `epoch` (from 0) of `epochs`, for a first rate of `lr`.
+    /// Returns the learning rate in `epoch` (from 0) of `epochs`, for a first rate of `lr`.
     pub fn rate(&self, lr: f64, epoch: usize, epochs: usize) -> f64 {
         let done = epoch as f64 / epochs.max(1) as f64;
         match self {
@@ -61,6 +61,8 @@ impl Schedule {
         }
     }
 
+    /// Checks all settings.
+    ///
     /// # Errors
     /// Shares that are none, do not ascend or leave (0, 1), a factor or floor outside its range.
     pub fn check(&self) -> Check {

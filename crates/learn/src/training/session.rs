@@ -106,7 +106,7 @@ impl Saver {
         self.before + self.begin.elapsed().as_secs_f64()
     }
 
-    /// The saved session of the training `of`; a fresh one where nothing was saved.
+    /// Reads the saved session of the training `of`; makes a fresh one where nothing was saved.
     ///
     /// # Errors
     /// A file that cannot be read, or that another training has saved.

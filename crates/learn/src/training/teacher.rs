@@ -15,7 +15,7 @@ pub struct Teacher {
 }
 
 impl Teacher {
-    /// A teacher without predictions yet, for `samples` samples.
+    /// Makes a teacher without predictions yet, for `samples` samples.
     ///
     /// # Panics
     /// For a share outside [0, 1].
@@ -47,7 +47,7 @@ impl Teacher {
         }
     }
 
-    /// Digest of all that it says.
+    /// Computes the digest of all that it says.
     pub fn digest(&self) -> String {
         let mut hasher = blake3::Hasher::new();
         hasher.update(&self.share.to_le_bytes());

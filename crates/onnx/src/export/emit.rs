@@ -73,29 +73,29 @@ impl Emit<'_> {
         format!("{}/{part}", self.output)
     }
 
-    /// A node on the way to the output.
+    /// Adds a node on the way to the output.
     fn step(&mut self, op: &str, inputs: &[&str], part: &str, attributes: Vec<Attribute>) -> String {
         let base = self.base(part);
         self.sink.step(op, inputs, &base, attributes)
     }
 
-    /// The node that gives the output.
+    /// Adds the node that gives the output.
     fn end(&mut self, op: &str, inputs: &[&str], attributes: Vec<Attribute>) {
         self.sink.put(op, inputs, self.output, attributes);
     }
 
-    /// The only node, on the first input and `more`.
+    /// Adds the only node, on the first input and `more`.
     fn last(&mut self, op: &str, more: &[&str], attributes: Vec<Attribute>) {
         self.end(op, &[&[self.x], more].concat(), attributes);
     }
 
-    /// The only node, on all inputs.
+    /// Adds the only node, on all inputs.
     fn joined(&mut self, op: &str, attributes: Vec<Attribute>) {
         let inputs: Vec<&str> = self.inputs.iter().map(|(name, _)| *name).collect();
         self.sink.put(op, &inputs, self.output, attributes);
     }
 
-    /// The tensor of parameter `at`.
+    /// Returns the tensor of parameter `at`.
     fn tensor(&self, at: usize) -> Result<&Tensor, Cause> {
         let found = self.node.params.get(at).and_then(|param| self.weights.get(&param.name));
         found.ok_or_else(|| {
@@ -150,7 +150,7 @@ impl Emit<'_> {
         }
     }
 
-    /// ONNX counts all padding or none: where a part is counted, that part becomes zeros first.
+    /// Writes an average pool. ONNX counts all padding or none: where a part is counted, that part becomes zeros first.
     fn average_pool(&mut self, window: &Window, counted: &[(usize, usize)]) {
         let mut window = window.clone();
         let all = window.padding == *counted;
@@ -180,7 +180,8 @@ impl Emit<'_> {
         self.end("Sqrt", &[&shifted], vec![]);
     }
 
-    /// Parts of one size are a pool; others, along one axis after the other, a product with a matrix of shares.
+    /// Writes a mean over parts. Parts of one size are a pool; others, along one axis after the other, a product with a
+    /// matrix of shares.
     fn adaptive_average_pool(&mut self, output: &[usize]) {
         let size = self.inputs[0].1[1..].to_vec();
         if size == output {
@@ -214,7 +215,7 @@ impl Emit<'_> {
         self.end("Identity", &[&x], vec![]);
     }
 
-    /// ONNX's gates stand in the order i, o, f, g, PyTorch's in i, f, g, o.
+    /// Writes an LSTM. ONNX's gates stand in the order i, o, f, g, PyTorch's in i, f, g, o.
     fn lstm(&mut self, hidden: usize) -> Result<(), Cause> {
         let mut stored = vec![];
         for at in 0..2 {
@@ -255,7 +256,7 @@ impl Emit<'_> {
         self.end("Reshape", &[&dealt, &whole], vec![]);
     }
 
-    /// One value per channel meets all positions: ONNX aligns axes at their ends.
+    /// Writes a standardisation. One value per channel meets all positions: ONNX aligns axes at their ends.
     fn standardize(&mut self, mean: &str, std: &str) -> Result<(), Cause> {
         let channels = self.inputs[0].1[0];
         let shape = [&[channels], &vec![1; self.inputs[0].1.len() - 1][..]].concat();
@@ -287,7 +288,7 @@ impl Emit<'_> {
     }
 }
 
-/// Kernel, stride and padding.
+/// Returns kernel, stride and padding as attributes.
 fn windowed(window: &Window) -> Vec<Attribute> {
     vec![
         ints("kernel_shape", sizes(&window.kernel)),
@@ -296,13 +297,13 @@ fn windowed(window: &Window) -> Vec<Attribute> {
     ]
 }
 
-/// All paddings before, then all after.
+/// Lists all paddings before, then all after.
 fn ends(padding: &[(usize, usize)]) -> Vec<i64> {
     let before = padding.iter().map(|pad| pad.0 as i64);
     before.chain(padding.iter().map(|pad| pad.1 as i64)).collect()
 }
 
-/// `[size, parts]`: what each value counts in the mean of each part.
+/// Computes `[size, parts]`: what each value counts in the mean of each part.
 fn shares(size: usize, parts: usize) -> Vec<f32> {
     let mut shares = vec![0.0; size * parts];
     for part in 0..parts {
@@ -312,7 +313,7 @@ fn shares(size: usize, parts: usize) -> Vec<f32> {
     shares
 }
 
-/// Four gates of `each` values, from PyTorch's order into ONNX's.
+/// Brings four gates of `each` values from PyTorch's order into ONNX's.
 fn gates(data: &[f32], each: usize) -> Vec<f32> {
     [0, 3, 1, 2].iter().flat_map(|gate| &data[gate * each..(gate + 1) * each]).copied().collect()
 }

@@ -78,7 +78,7 @@ impl Front {
     }
 }
 
-/// The shape with its axes in another order, if `order` names each of them once.
+/// Returns the shape with its axes in another order, if `order` names each of them once.
 fn turned(order: &[usize], shape: &[usize]) -> Option<Vec<usize>> {
     let mut sorted = order.to_vec();
     sorted.sort_unstable();

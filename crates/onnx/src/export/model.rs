@@ -41,7 +41,7 @@ pub struct Export<'a> {
 }
 
 impl<'a> Export<'a> {
-    /// The bare network.
+    /// Makes an export of the bare network.
     pub fn new(graph: &'a Graph, weights: &'a Weights) -> Self {
         Export { graph, weights, loss: None, readings: vec![], about: String::new(), facts: vec![] }
     }
@@ -56,7 +56,7 @@ pub fn write(path: &Path, export: &Export) -> Result<()> {
     write().map_err(|cause| Error::new(path, cause))
 }
 
-/// The bytes of an ONNX model.
+/// Returns the bytes of an ONNX model.
 ///
 /// # Errors
 /// Weights that do not fit the graph, readings that do not become its inputs, more than 2 GiB.
@@ -135,7 +135,7 @@ fn graph(export: &Export) -> std::result::Result<proto::Graph, Cause> {
     })
 }
 
-/// Names of the inputs' values, raw readings encoded, by node.
+/// Adds the inputs, raw readings encoded, and returns the names of their values, by node.
 fn inputs(export: &Export, sink: &mut Sink) -> std::result::Result<Vec<String>, Cause> {
     let nodes = export.graph.nodes();
     let mut values = vec![String::new(); nodes.len()];
@@ -155,7 +155,7 @@ fn inputs(export: &Export, sink: &mut Sink) -> std::result::Result<Vec<String>, 
     Ok(values)
 }
 
-/// The output that follows from the first one and the loss, if that has one value per class.
+/// Adds the output that follows from the first one and the loss, if that has one value per class.
 fn probabilities(export: &Export, sink: &mut Sink) -> Option<ValueInfo> {
     let (logits, id) = export.graph.outputs().first()?;
     let shape = &export.graph.nodes()[*id].shape;
@@ -174,7 +174,7 @@ fn probabilities(export: &Export, sink: &mut Sink) -> Option<ValueInfo> {
     Some(info(PROBABILITIES, shape, None))
 }
 
-/// A value of any number of samples.
+/// Describes a value of any number of samples.
 fn info(name: &str, shape: &[usize], what: Option<&str>) -> ValueInfo {
     let batch = Dimension { size: None, name: Some("batch".into()) };
     let sizes = shape.iter().map(|&size| Dimension { size: Some(size as i64), name: None });

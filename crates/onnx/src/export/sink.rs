@@ -15,12 +15,12 @@ pub struct Sink {
 }
 
 impl Sink {
-    /// Whether the name was free; it is taken now.
+    /// Takes a name, and returns whether it was free.
     pub fn take(&mut self, name: &str) -> bool {
         self.taken.insert(name.into())
     }
 
-    /// A name that nothing else has: `base`, or with a number.
+    /// Takes a name that nothing else has: `base`, or with a number.
     pub fn fresh(&mut self, base: &str) -> String {
         let mut name = base.to_string();
         for count in 2.. {
@@ -84,22 +84,22 @@ impl Sink {
     }
 }
 
-/// Sizes as ONNX counts them. A graph's are below 2^31.
+/// Returns sizes as ONNX counts them. A graph's are below 2^31.
 pub fn sizes(values: &[usize]) -> Vec<i64> {
     values.iter().map(|&size| size as i64).collect()
 }
 
-/// An integer attribute.
+/// Makes an integer attribute.
 pub fn int(name: &str, value: i64) -> Attribute {
     Attribute { name: Some(name.into()), i: Some(value), kind: Some(kind::INT), ..Attribute::default() }
 }
 
-/// An attribute that is a list of integers.
+/// Makes an attribute that is a list of integers.
 pub fn ints(name: &str, values: Vec<i64>) -> Attribute {
     Attribute { name: Some(name.into()), ints: values, kind: Some(kind::INTS), ..Attribute::default() }
 }
 
-/// An attribute that is a number.
+/// Makes an attribute that is a number.
 pub fn float(name: &str, value: f32) -> Attribute {
     Attribute { name: Some(name.into()), f: Some(value), kind: Some(kind::FLOAT), ..Attribute::default() }
 }

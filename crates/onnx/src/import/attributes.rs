@@ -12,23 +12,23 @@ pub struct Call<'a> {
 }
 
 impl<'a> Call<'a> {
-    /// Name of the operation.
+    /// Returns the name of the operation.
     pub fn op(&self) -> &'a str {
         self.node.op.as_deref().unwrap_or_default()
     }
 
-    /// Name for messages: that of its first output where it has none.
+    /// Returns the name for messages: that of its first output where it has none.
     pub fn name(&self) -> &'a str {
         let name = self.node.name.as_deref().filter(|name| !name.is_empty());
         name.or(self.node.outputs.first().map(String::as_str)).unwrap_or("without a name")
     }
 
-    /// Name of input `at`, if it is given.
+    /// Returns the name of input `at`, if it is given.
     pub fn input(&self, at: usize) -> Option<&'a str> {
         self.node.inputs.get(at).map(String::as_str).filter(|name| !name.is_empty())
     }
 
-    /// Why it cannot be read.
+    /// Says why it cannot be read.
     pub fn refuse(&self, reason: impl Display) -> Cause {
         let (node, operation) = (self.name().into(), self.op().into());
         Cause::Node { node, operation, reason: reason.to_string() }

@@ -37,7 +37,7 @@ impl Draft {
         Draft { net: Network::new("draft"), nodes: vec![], taken: HashSet::new(), counts: HashMap::new() }
     }
 
-    /// A node of the draft.
+    /// Returns a node of the draft.
     pub fn node(&self, id: Id) -> &Drafted {
         &self.nodes[id]
     }
@@ -96,13 +96,13 @@ impl Draft {
         node.tensors.push((name, tensor));
     }
 
-    /// Whether a standardising node has no deviations yet.
+    /// Checks whether a standardising node has no deviations yet.
     pub fn divides_by_one(&self, id: Id) -> bool {
         let mut tensors = self.nodes[id].tensors.iter().filter(|(name, _)| name.ends_with(".std"));
         tensors.all(|(_, tensor)| tensor.data.iter().all(|v| *v == 1.0))
     }
 
-    /// The network that computes `outputs`, and its tensors.
+    /// Makes the network that computes `outputs`, and its tensors.
     pub fn finish(mut self, name: &str, outputs: &[(String, Id)]) -> Result<(Graph, Weights), Error> {
         let mut needed: Vec<bool> = self.nodes.iter().map(|node| node.op == Op::Input).collect();
         outputs.iter().for_each(|(_, id)| needed[*id] = true);
@@ -137,7 +137,7 @@ impl Draft {
         self.nodes.len() - 1
     }
 
-    /// A name that no node has: `base`, or with a number.
+    /// Takes a name that no node has: `base`, or with a number.
     pub fn name(&mut self, base: &str) -> String {
         let base = &base[..base.floor_char_boundary(LONGEST_NAME)];
         let count = self.counts.entry(base.into()).or_default();

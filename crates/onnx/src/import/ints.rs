@@ -7,7 +7,7 @@ use super::work::{Importer, position};
 use crate::error::Cause;
 use crate::proto::{Tensor, dtype};
 
-/// `Constant`.
+/// Reads `Constant`.
 pub fn constant<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
     if let Some(tensor) = call.tensor("value") {
         return Ok(stored(&mut work.stored, tensor.clone()));
@@ -31,12 +31,12 @@ pub fn constant<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedV
     Ok(stored(&mut work.stored, tensor))
 }
 
-/// Plain numbers.
+/// Makes a value of plain numbers.
 pub fn known(values: &[i64], scalar: bool) -> ImportedValue {
     ImportedValue::Ints { values: values.iter().map(|&v| Dim::Known(v)).collect(), scalar }
 }
 
-/// A stored tensor as a value.
+/// Makes a value of a stored tensor.
 pub fn stored(stored: &mut StoredTensors, tensor: Tensor) -> ImportedValue {
     let index = stored.add(tensor);
     match stored.ints(index) {
@@ -45,7 +45,7 @@ pub fn stored(stored: &mut StoredTensors, tensor: Tensor) -> ImportedValue {
     }
 }
 
-/// `ConstantOfShape` and `Expand`: one number everywhere.
+/// Reads `ConstantOfShape` and `Expand`: one number everywhere.
 pub fn fill<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
     if call.op() == "ConstantOfShape" {
         let value = match call.tensor("value") {
@@ -70,7 +70,7 @@ pub fn fill<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue
     }
 }
 
-/// `Shape` of what a node computes.
+/// Reads `Shape` of what a node computes.
 pub fn shape<'a>(work: &Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
     let sizes = match work.value(call, 0)? {
         ImportedValue::Flow(view) => sizes(work, view),
@@ -85,7 +85,7 @@ pub fn shape<'a>(work: &Importer<'a>, call: Call<'a>) -> Result<ImportedValue, C
     Ok(ImportedValue::Ints { values: sizes.get(start..end).unwrap_or_default().to_vec(), scalar: false })
 }
 
-/// Sizes of a value's axes.
+/// Returns the sizes of a value's axes.
 pub fn sizes(work: &Importer, view: &AxisView) -> Vec<Dim> {
     let shape = work.shape(view.node);
     let size = |axis: &AxisRole| match *axis {
@@ -101,7 +101,7 @@ pub fn sizes(work: &Importer, view: &AxisView) -> Vec<Dim> {
     view.axes.iter().map(size).collect()
 }
 
-/// An operation on numbers of shapes.
+/// Reads an operation on numbers of shapes.
 pub fn arithmetic<'a>(work: &Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
     let (values, scalar) = operand(work, call, 0)?;
     let known = |values: Vec<Dim>, scalar| {
@@ -154,7 +154,7 @@ pub fn arithmetic<'a>(work: &Importer<'a>, call: Call<'a>) -> Result<ImportedVal
     }
 }
 
-/// Which part of `len` values a slice takes.
+/// Returns which part of `len` values a slice takes.
 pub fn range(start: i64, end: i64, len: usize) -> std::ops::Range<usize> {
     let at = |bound: i64| {
         let bound = if bound < 0 { bound.saturating_add(len as i64) } else { bound };

@@ -11,7 +11,7 @@ use crate::error::Cause;
 /// Endings of weights' names.
 const WEIGHT: [&str; 1] = [".weight"];
 
-/// `Conv`.
+/// Reads `Conv`.
 pub fn conv<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
     let view = work.padded(call, 0)?;
     let weight = work.floats(call, 1)?;
@@ -53,7 +53,7 @@ fn with_bias(weight: Tensor, bias: Option<Tensor>) -> Vec<(&'static str, Tensor)
     std::iter::once(("weight", weight)).chain(bias).collect()
 }
 
-/// `BatchNormalization`.
+/// Reads `BatchNormalization`.
 pub fn batch_norm<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
     let view = work.flow(call, 0)?;
     work.refuse_order(call, &view, view.units())?;
@@ -75,7 +75,7 @@ pub fn batch_norm<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<Importe
     Ok(ImportedValue::Flow(AxisView { node, ..view }))
 }
 
-/// `Gemm` and `MatMul` of features with a stored matrix.
+/// Reads `Gemm` and `MatMul` of features with a stored matrix.
 pub fn linear<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
     if work.is_stored(call, 0) || !work.is_stored(call, 1) {
         return Err(call.refuse("multiplies something else than features by a stored matrix"));
@@ -131,7 +131,7 @@ fn scale(tensor: &mut Tensor, factor: f32) {
     }
 }
 
-/// One value per output, of a tensor that may hold one for all.
+/// Returns one value per output, of a tensor that may hold one for all.
 fn spread(call: Call, tensor: Tensor, outputs: usize) -> Result<Tensor, Cause> {
     let data = match tensor.data[..] {
         [one] => vec![one; outputs],
@@ -141,7 +141,7 @@ fn spread(call: Call, tensor: Tensor, outputs: usize) -> Result<Tensor, Cause> {
     Ok(Tensor { shape: vec![outputs], data })
 }
 
-/// `Dropout`, which training keeps.
+/// Reads `Dropout`, which training keeps.
 pub fn dropout<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
     let view = work.pointwise(call, 0)?;
     let probability = work.number(call, 1)?.unwrap_or_else(|| call.float("ratio", 0.5));

@@ -7,7 +7,7 @@ use super::values::{AxisRole, AxisView, Fragment, ImportedValue};
 use super::work::Importer;
 use crate::error::Cause;
 
-/// Functions of one value.
+/// Reads functions of one value.
 pub fn activation<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
     let view = work.pointwise(call, 0)?;
     let op = match call.op() {
@@ -28,7 +28,7 @@ pub fn activation<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<Importe
     work.map(call, op, view)
 }
 
-/// `Clip` between 0 and 6, or from 0 on; between 0 and 1 at the end.
+/// Reads `Clip` between 0 and 6, or from 0 on; between 0 and 1 at the end.
 fn clip<'a>(work: &mut Importer<'a>, call: Call<'a>, view: AxisView) -> Result<ImportedValue, Cause> {
     let low = work.number(call, 1)?.unwrap_or_else(|| call.float("min", f32::MIN));
     let high = work.number(call, 2)?.unwrap_or_else(|| call.float("max", f32::MAX));
@@ -40,7 +40,7 @@ fn clip<'a>(work: &mut Importer<'a>, call: Call<'a>, view: AxisView) -> Result<I
     }
 }
 
-/// `Softmax`, which is taxel's own at the end.
+/// Reads `Softmax`, which is taxel's own at the end.
 pub fn softmax<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
     let view = work.flow(call, 0)?;
     work.refuse_order(call, &view, view.units())?;
@@ -54,7 +54,7 @@ pub fn softmax<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedVa
     }
 }
 
-/// `Add`, `Sub`, `Mul` and `Div`.
+/// Reads `Add`, `Sub`, `Mul` and `Div`.
 pub fn arithmetic<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
     let pair = [work.value(call, 0)?.clone(), work.value(call, 1)?.clone()];
     match (call.op(), pair) {
@@ -93,7 +93,7 @@ pub fn arithmetic<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<Importe
     }
 }
 
-/// One number.
+/// Reads input `at` as one number.
 fn constant<'a>(work: &mut Importer<'a>, call: Call<'a>, at: usize) -> Result<f32, Cause> {
     work.number(call, at)?.ok_or_else(|| call.refuse("has nothing to add"))
 }
@@ -105,7 +105,7 @@ fn sum<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cau
     Ok(ImportedValue::Flow(AxisView { node, ..a }))
 }
 
-/// The difference from a mean over space, on the way to a standard deviation.
+/// Reads the difference from a mean over space, on the way to a standard deviation.
 fn centred<'a>(
     work: &Importer<'a>,
     call: Call<'a>,
@@ -120,7 +120,7 @@ fn centred<'a>(
     Ok(ImportedValue::Part(Fragment::Centred, x))
 }
 
-/// `Pow` of a difference from a mean.
+/// Reads `Pow` of a difference from a mean.
 pub fn power<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
     let value = work.value(call, 0)?.clone();
     let exponent = match work.dims(call, 1) {
@@ -135,7 +135,7 @@ pub fn power<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValu
     }
 }
 
-/// `Sqrt` of a variance.
+/// Reads `Sqrt` of a variance.
 pub fn root<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
     let ImportedValue::Part(Fragment::Variance { eps, kept }, view) = work.value(call, 0)?.clone() else {
         return Err(call.refuse("taxel knows the root of a variance over space alone"));
@@ -148,7 +148,7 @@ pub fn root<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue
     Ok(ImportedValue::Flow(root))
 }
 
-/// A value per channel, or one for all, is added, taken off, multiplied or divided by.
+/// Reads an operation that adds, takes off, multiplies or divides by a value per channel, or one for all.
 fn with_constant<'a>(work: &mut Importer<'a>, call: Call<'a>, at: usize) -> Result<ImportedValue, Cause> {
     let view = work.pointwise(call, at)?;
     let given = match work.value(call, 1 - at)? {
@@ -202,7 +202,7 @@ fn with_constant<'a>(work: &mut Importer<'a>, call: Call<'a>, at: usize) -> Resu
     Ok(ImportedValue::Flow(AxisView { node, ..view }))
 }
 
-/// A constant as one value per channel.
+/// Returns a constant as one value per channel.
 fn per_channel(call: Call, view: &AxisView, given: &Tensor, channels: usize) -> Result<Vec<f32>, Cause> {
     if let [one] = given.data[..] {
         return Ok(vec![one; channels]);

@@ -133,7 +133,7 @@ fn inputs_names(open: &[(&str, Vec<usize>)]) -> Vec<String> {
     open.iter().map(name).collect()
 }
 
-/// Shape of an input, the samples' axis left out.
+/// Returns the shape of an input, the samples' axis left out.
 fn shape(work: &mut Importer, name: &str, info: &ValueInfo) -> std::result::Result<Vec<usize>, Cause> {
     let refuse = |reason: String| Cause::Port { role: "input", name: name.into(), reason };
     let tensor = info.kind.as_ref().and_then(|kind| kind.tensor.as_ref());
@@ -165,7 +165,7 @@ fn shape(work: &mut Importer, name: &str, info: &ValueInfo) -> std::result::Resu
     }
 }
 
-/// Outputs by name: logits, where the file gives probabilities beside them or alone.
+/// Returns the outputs by name: logits, where the file gives probabilities beside them or alone.
 fn outputs(work: &mut Importer, given: &[ValueInfo]) -> std::result::Result<Vec<(String, Id)>, Cause> {
     let mut found: Vec<(String, Id)> = vec![];
     let mut softmaxes = vec![];

@@ -76,7 +76,7 @@ fn value<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, C
     }
 }
 
-/// `Cast` between numbers of one kind.
+/// Reads `Cast` between numbers of one kind.
 fn cast<'a>(work: &Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
     use crate::proto::dtype::{BFLOAT16, DOUBLE, FLOAT, FLOAT16, INT32, INT64};
     let (value, to) = (work.value(call, 0)?, call.int("to", 0));

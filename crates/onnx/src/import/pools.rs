@@ -7,7 +7,7 @@ use super::values::{AxisRole, AxisView, Fragment, ImportedValue};
 use super::work::Importer;
 use crate::error::Cause;
 
-/// How a kernel slides over `size`, `pad` zeros around it counted, and its dilation (empty: none).
+/// Reads how a kernel slides over `size`, `pad` zeros around it counted, and its dilation (empty: none).
 pub fn window(
     call: Call,
     kernel: Vec<usize>,
@@ -53,7 +53,7 @@ pub fn window(
     Ok((Window { kernel, stride, padding }, dilation))
 }
 
-/// A last window may hang over the end, but has to start inside.
+/// Pads after the end where a last window hangs over it, but starts inside.
 fn round_up(window: &mut Window, size: &[usize]) {
     for (axis, pad) in window.padding.iter_mut().enumerate() {
         let (kernel, stride) = (window.kernel[axis], window.stride[axis].max(1));
@@ -66,7 +66,7 @@ fn round_up(window: &mut Window, size: &[usize]) {
     }
 }
 
-/// `MaxPool` and `AveragePool`.
+/// Reads `MaxPool` and `AveragePool`.
 pub fn pool<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
     let view = work.padded(call, 0)?;
     work.refuse_order(call, &view, 0)?;
@@ -97,7 +97,7 @@ pub fn pool<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue
     work.map(call, op, AxisView { pad: vec![], ..view })
 }
 
-/// `GlobalAveragePool` and `GlobalMaxPool`.
+/// Reads `GlobalAveragePool` and `GlobalMaxPool`.
 pub fn global<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
     let view = work.pointwise(call, 0)?;
     let rank = work.shape(view.node).len();
@@ -126,7 +126,7 @@ fn over_space<'a>(
     work.draft.then(Op::Flatten, &[pool]).map_err(|e| call.refuse(e))
 }
 
-/// `ReduceMean` and `ReduceMax` over all of space.
+/// Reads `ReduceMean` and `ReduceMax` over all of space.
 pub fn reduce<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
     let kept = call.int("keepdims", 1) != 0;
     let squared = match work.value(call, 0)? {
@@ -167,7 +167,7 @@ pub fn reduce<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedVal
     Ok(ImportedValue::Flow(AxisView { node, axes, pad: vec![] }))
 }
 
-/// `Pad` with zeros around space, which the next operation counts.
+/// Reads `Pad` with zeros around space, which the next operation counts.
 pub fn pad<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
     let view = work.padded(call, 0)?;
     work.refuse_order(call, &view, 0)?;

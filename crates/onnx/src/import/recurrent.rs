@@ -7,7 +7,7 @@ use super::values::{AxisRole, AxisView, ImportedValue};
 use super::work::Importer;
 use crate::error::Cause;
 
-/// The hidden states of all steps, of which only the last is there, and the last.
+/// Reads `LSTM`: the hidden states of all steps, of which only the last is there, and the last.
 pub fn lstm<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<Vec<ImportedValue>, Cause> {
     let view = work.flow(call, 0)?;
     if view.axes.contains(&AxisRole::Step) {
@@ -109,7 +109,7 @@ fn check<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<(), Cause> {
     Ok(())
 }
 
-/// Four gates of `each` values, from ONNX's order i, o, f, g into PyTorch's i, f, g, o.
+/// Brings four gates of `each` values from ONNX's order i, o, f, g into PyTorch's i, f, g, o.
 fn gates(data: &[f32], each: usize) -> Vec<f32> {
     [0, 2, 3, 1].iter().flat_map(|gate| &data[gate * each..(gate + 1) * each]).copied().collect()
 }

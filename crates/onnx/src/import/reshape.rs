@@ -9,7 +9,7 @@ use super::values::{AxisRole, AxisView, Dim, ImportedValue};
 use super::work::Importer;
 use crate::error::Cause;
 
-/// `Reshape` of what a node computes.
+/// Reads `Reshape` of what a node computes.
 pub fn reshape<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
     let view = work.flow(call, 0)?;
     let to = match call.ints("shape") {
@@ -37,7 +37,7 @@ pub fn reshape<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedVa
     settled(work, call, view, axes)?.ok_or_else(refuse)
 }
 
-/// The new sizes with nothing left open.
+/// Returns the new sizes with nothing left open.
 fn resolved(work: &Importer, call: Call, from: &[Dim], mut to: Vec<Dim>) -> Option<Vec<Dim>> {
     let total = product(from)?;
     if call.int("allowzero", 0) == 0 {
@@ -79,7 +79,7 @@ fn resolved(work: &Importer, call: Call, from: &[Dim], mut to: Vec<Dim>) -> Opti
     (samples == 1 && product(&to) == Some(total)).then_some(to)
 }
 
-/// Values of one sample.
+/// Counts the values of one sample.
 fn product(dims: &[Dim]) -> Option<i64> {
     let sizes = dims.iter().filter_map(|dim| match dim {
         Dim::Known(size) => Some(*size),
@@ -88,7 +88,7 @@ fn product(dims: &[Dim]) -> Option<i64> {
     sizes.into_iter().try_fold(1i64, |all, size| if size > 0 { all.checked_mul(size) } else { None })
 }
 
-/// Axes of the new shape; `AxisRole::Sample(usize::MAX)` where all of a sample has become one.
+/// Finds the axes of the new shape; `AxisRole::Sample(usize::MAX)` where all of a sample has become one.
 fn matched(axes: &[AxisRole], from: &[Dim], to: &[Dim]) -> Option<Vec<AxisRole>> {
     const ALL: AxisRole = AxisRole::Sample(usize::MAX);
     let (mut out, mut i, mut j) = (vec![], 0, 0);
@@ -157,7 +157,7 @@ fn merged(axes: &[AxisRole]) -> Option<AxisRole> {
     }
 }
 
-/// The value with the new axes, and the node that they ask for.
+/// Returns the value with the new axes, and adds the node that they ask for.
 fn settled<'a>(
     work: &mut Importer<'a>,
     call: Call<'a>,
@@ -189,13 +189,13 @@ fn settled<'a>(
     Ok(Some(ImportedValue::Flow(AxisView { node, axes, pad: vec![] })))
 }
 
-/// Whether the samples come first and the node's axes in their order.
+/// Checks whether the samples come first and the node's axes in their order.
 fn ordered(axes: &[AxisRole], rank: usize) -> bool {
     let real = axes.iter().copied().filter(|axis| *axis != AxisRole::Unit);
     real.eq(AxisView::plain(0, rank).axes)
 }
 
-/// `Flatten`: all but the samples.
+/// Reads `Flatten`: all but the samples.
 pub fn flatten<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
     let view = work.pointwise(call, 0)?;
     let rank = work.shape(view.node).len();

@@ -9,7 +9,7 @@ use super::values::{AxisRole, AxisView, Dim, ImportedValue};
 use super::work::{Importer, position};
 use crate::error::Cause;
 
-/// `Transpose` of what a node computes, or of a stored matrix.
+/// Reads `Transpose` of what a node computes, or of a stored matrix.
 pub fn transpose<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
     let perm = call.ints("perm");
     if let ImportedValue::Stored { index, transposed } = *work.value(call, 0)? {
@@ -31,7 +31,7 @@ pub fn transpose<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<Imported
     Ok(ImportedValue::Flow(AxisView { axes, ..view }))
 }
 
-/// `Unsqueeze`: axes of one value.
+/// Reads `Unsqueeze`: axes of one value.
 pub fn unsqueeze<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
     if let ImportedValue::Fill(value) = *work.value(call, 0)? {
         return Ok(ImportedValue::Fill(value));
@@ -50,7 +50,7 @@ pub fn unsqueeze<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<Imported
     Ok(ImportedValue::Flow(view))
 }
 
-/// `Squeeze`: axes of one value less.
+/// Reads `Squeeze`: axes of one value less.
 pub fn squeeze<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
     if let ImportedValue::Fill(value) = *work.value(call, 0)? {
         return Ok(ImportedValue::Fill(value));
@@ -82,7 +82,7 @@ pub fn squeeze<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedVa
     Ok(ImportedValue::Flow(AxisView { node, axes: left, pad: vec![] }))
 }
 
-/// `Gather` of one place: the last step of an LSTM, or the only place of an axis of one value.
+/// Reads `Gather` of one place: the last step of an LSTM, or the only place of an axis of one value.
 pub fn gather<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
     let mut view = work.flow(call, 0)?;
     let (index, scalar) = match work.value(call, 1)? {
@@ -107,7 +107,7 @@ pub fn gather<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedVal
     Ok(ImportedValue::Flow(view))
 }
 
-/// `Slice`: some channels, the last step of an LSTM, or everything.
+/// Reads `Slice`: some channels, the last step of an LSTM, or everything.
 pub fn slice<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
     if let ImportedValue::Fill(value) = *work.value(call, 0)? {
         return Ok(ImportedValue::Fill(value));
@@ -151,7 +151,7 @@ pub fn slice<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValu
     Ok(ImportedValue::Flow(view))
 }
 
-/// `Split` along channels.
+/// Reads `Split` along channels.
 pub fn split<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<Vec<ImportedValue>, Cause> {
     let view = work.pointwise(call, 0)?;
     let axis = position(call, call.int("axis", 0), view.axes.len())?;
@@ -175,7 +175,7 @@ pub fn split<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<Vec<Imported
     Ok(values)
 }
 
-/// `Concat` along channels.
+/// Reads `Concat` along channels.
 pub fn concat<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
     let first = work.pointwise(call, 0)?;
     let axis = position(call, call.int("axis", 0), first.axes.len())?;

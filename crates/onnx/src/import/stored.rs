@@ -29,7 +29,7 @@ pub struct StoredTensors<'a> {
 }
 
 impl<'a> StoredTensors<'a> {
-    /// Of a file of `length` bytes.
+    /// Makes a list without tensors yet, for a file of `length` bytes.
     pub fn new(folder: Option<&'a Path>, length: usize) -> Self {
         StoredTensors { tensors: vec![], folder, files: HashMap::new(), left: length / 2 + SPARE }
     }
@@ -40,12 +40,12 @@ impl<'a> StoredTensors<'a> {
         self.tensors.len() - 1
     }
 
-    /// Name of a tensor in the file; none where it has none.
+    /// Returns the name of a tensor in the file; none where it has none.
     pub fn name(&self, index: usize) -> Option<&str> {
         self.tensors[index].name.as_deref().filter(|name| !name.is_empty())
     }
 
-    /// Number of values and axis sizes.
+    /// Returns the number of values and the axis sizes.
     fn shape(&self, index: usize) -> Result<(usize, Vec<usize>), Cause> {
         let dims = &self.tensors[index].dims;
         let shape: Option<Vec<usize>> = dims.iter().map(|&size| usize::try_from(size).ok()).collect();
@@ -61,7 +61,7 @@ impl<'a> StoredTensors<'a> {
         Cause::Tensor { name, reason: reason.into() }
     }
 
-    /// A list of integers, or a single one without an axis; none where it is something else.
+    /// Returns a list of integers, or a single one without an axis; none where it is something else.
     pub fn ints(&self, index: usize) -> Option<(Vec<i64>, bool)> {
         let tensor = &self.tensors[index];
         let (count, shape) = self.shape(index).ok()?;
@@ -81,7 +81,7 @@ impl<'a> StoredTensors<'a> {
         (values.len() == count).then_some((values, shape.is_empty()))
     }
 
-    /// A tensor's values as single-precision numbers.
+    /// Returns a tensor's values as single-precision numbers.
     ///
     /// # Errors
     /// Another type, values that do not fill the shape, a file beside the model that is missing or cut.
@@ -162,7 +162,7 @@ impl<'a> StoredTensors<'a> {
         Ok(location)
     }
 
-    /// A tensor's bytes out of an opened file.
+    /// Reads a tensor's bytes out of an opened file.
     fn external(&self, index: usize, location: &str, bytes: usize) -> Result<Vec<u8>, Cause> {
         let refuse = |reason: String| self.refuse(index, format!("in {location:?} {reason}"));
         let number = |key| match self.entry(index, key) {
@@ -188,7 +188,7 @@ impl<'a> StoredTensors<'a> {
     }
 }
 
-/// Bytes of a number of a type that taxel reads.
+/// Returns the size of a number in bytes, of the types that taxel reads.
 fn size(kind: i32) -> Option<usize> {
     match kind {
         dtype::FLOAT => Some(4),
@@ -207,7 +207,7 @@ fn floats(kind: i32, raw: &[u8]) -> Vec<f32> {
     }
 }
 
-/// Values in a field of their own type; halves are there as the bits of integers.
+/// Returns the values in a field of their own type; halves are there as the bits of integers.
 fn plain(kind: i32, tensor: &proto::Tensor) -> Vec<f32> {
     let bits = tensor.int32s.iter().map(|&bits| bits as u16);
     match kind {
@@ -218,7 +218,7 @@ fn plain(kind: i32, tensor: &proto::Tensor) -> Vec<f32> {
     }
 }
 
-/// Name of a type for messages.
+/// Returns the name of a type for messages.
 pub fn type_name(kind: i32) -> String {
     let names = [
         "undefined",

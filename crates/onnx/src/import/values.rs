@@ -86,20 +86,20 @@ pub enum AxisRole {
 }
 
 impl AxisView {
-    /// A node's output as it is.
+    /// Returns a node's output as it is.
     pub fn plain(node: Id, rank: usize) -> AxisView {
         let axes = std::iter::once(AxisRole::Batch).chain((0..rank).map(AxisRole::Sample)).collect();
         AxisView { node, axes, pad: vec![] }
     }
 
-    /// Whether the axes are samples, then those of the node in their order, then `units` axes of one value.
+    /// Checks whether the axes are samples, then those of the node in their order, then `units` axes of one value.
     pub fn is_plain(&self, rank: usize, units: usize) -> bool {
         let mut plain = AxisView::plain(self.node, rank).axes;
         plain.extend(vec![AxisRole::Unit; units]);
         self.axes == plain
     }
 
-    /// Axes of one value at the end.
+    /// Counts the axes of one value at the end.
     pub fn units(&self) -> usize {
         self.axes.iter().rev().take_while(|axis| **axis == AxisRole::Unit).count()
     }

@@ -25,7 +25,7 @@ pub struct Importer<'a> {
 }
 
 impl<'a> Importer<'a> {
-    /// The value of input `at`.
+    /// Returns the value of input `at`.
     pub fn value(&self, call: Call<'a>, at: usize) -> Result<&ImportedValue, Cause> {
         let Some(name) = call.input(at) else { return Err(call.refuse(format!("has no input {at}"))) };
         self.values.get(name).ok_or_else(|| {
@@ -35,7 +35,7 @@ impl<'a> Importer<'a> {
         })
     }
 
-    /// Input `at`, which a node computes; zeros around it may not be counted yet.
+    /// Returns input `at`, which a node computes; zeros around it may not be counted yet.
     pub fn padded(&self, call: Call<'a>, at: usize) -> Result<AxisView, Cause> {
         let name = call.input(at).unwrap_or_default();
         match self.value(call, at)? {
@@ -47,7 +47,7 @@ impl<'a> Importer<'a> {
         }
     }
 
-    /// Input `at`, which a node computes.
+    /// Returns input `at`, which a node computes.
     pub fn flow(&self, call: Call<'a>, at: usize) -> Result<AxisView, Cause> {
         let view = self.padded(call, at)?;
         call.refuse_if(
@@ -57,20 +57,20 @@ impl<'a> Importer<'a> {
         Ok(view)
     }
 
-    /// Input `at`, of which every value can be taken for itself.
+    /// Returns input `at`, of which every value can be taken for itself.
     pub fn pointwise(&self, call: Call<'a>, at: usize) -> Result<AxisView, Cause> {
         let view = self.flow(call, at)?;
         self.refuse_steps(call, &view)?;
         Ok(view)
     }
 
-    /// Whether input `at` is stored under a name of its own.
+    /// Checks whether input `at` is stored under a name of its own.
     pub fn is_named(&self, call: Call<'a>, at: usize) -> bool {
         let value = call.input(at).and_then(|name| self.values.get(name));
         matches!(value, Some(ImportedValue::Stored { index, .. }) if self.stored.name(*index).is_some())
     }
 
-    /// Input `at` with samples, then the axes of its node in their order, then `units` axes of one value.
+    /// Returns input `at` with samples, then the axes of its node in their order, then `units` axes of one value.
     pub fn ordered(&self, call: Call<'a>, at: usize, units: usize) -> Result<AxisView, Cause> {
         let view = self.flow(call, at)?;
         self.refuse_order(call, &view, units)?;
@@ -98,12 +98,12 @@ impl<'a> Importer<'a> {
         }
     }
 
-    /// Shape of a node, batch axis left out.
+    /// Returns the shape of a node, batch axis left out.
     pub fn shape(&self, node: Id) -> &[usize] {
         &self.draft.node(node).shape
     }
 
-    /// Steps of an LSTM; 1 of any other node.
+    /// Returns the steps of an LSTM; 1 of any other node.
     pub fn steps(&self, node: Id) -> usize {
         match self.draft.node(node).op {
             Op::Lstm { steps, .. } => steps,
@@ -111,14 +111,14 @@ impl<'a> Importer<'a> {
         }
     }
 
-    /// Whether input `at` is a stored tensor.
+    /// Checks whether input `at` is a stored tensor.
     pub fn is_stored(&self, call: Call<'a>, at: usize) -> bool {
         call.input(at)
             .and_then(|name| self.values.get(name))
             .is_some_and(|value| matches!(value, ImportedValue::Stored { .. }))
     }
 
-    /// Input `at`, a stored tensor.
+    /// Reads input `at`, a stored tensor.
     pub fn floats(&mut self, call: Call<'a>, at: usize) -> Result<Tensor, Cause> {
         match *self.value(call, at)? {
             ImportedValue::Stored { index, transposed } => {
@@ -132,7 +132,7 @@ impl<'a> Importer<'a> {
         }
     }
 
-    /// Input `at` if it is given, a stored tensor of one value.
+    /// Reads input `at` if it is given, a stored tensor of one value.
     pub fn number(&mut self, call: Call<'a>, at: usize) -> Result<Option<f32>, Cause> {
         if call.input(at).is_none() {
             return Ok(None);
@@ -143,7 +143,7 @@ impl<'a> Importer<'a> {
         }
     }
 
-    /// Input `at` if it is given, a list that describes shapes.
+    /// Returns input `at` if it is given, a list that describes shapes.
     pub fn dims(&self, call: Call<'a>, at: usize) -> Result<Option<Vec<Dim>>, Cause> {
         if call.input(at).is_none() {
             return Ok(None);
@@ -154,7 +154,7 @@ impl<'a> Importer<'a> {
         }
     }
 
-    /// The same where the number of samples is not among them: as attribute `name` in older files.
+    /// Returns the same where the number of samples is not among them: as attribute `name` in older files.
     pub fn ints(&self, call: Call<'a>, name: &str, at: usize) -> Result<Option<Vec<i64>>, Cause> {
         if let Some(values) = call.ints(name) {
             return Ok(Some(values.to_vec()));
@@ -167,13 +167,13 @@ impl<'a> Importer<'a> {
         dims.into_iter().map(known).collect::<Result<_, _>>().map(Some)
     }
 
-    /// Axes by the same way, counted from the start, of a value with `rank` axes.
+    /// Returns axes by the same way, counted from the start, of a value with `rank` axes.
     pub fn axes(&self, call: Call<'a>, at: usize, rank: usize) -> Result<Option<Vec<usize>>, Cause> {
         let Some(axes) = self.ints(call, "axes", at)? else { return Ok(None) };
         axes.into_iter().map(|axis| position(call, axis, rank)).collect::<Result<_, _>>().map(Some)
     }
 
-    /// Whether one node alone reads input `at`.
+    /// Checks whether one node alone reads input `at`.
     pub fn is_only_reader(&self, call: Call<'a>, at: usize) -> bool {
         call.input(at).and_then(|name| self.uses.get(name)) == Some(&1)
     }
@@ -184,8 +184,8 @@ impl<'a> Importer<'a> {
         Ok(ImportedValue::Flow(AxisView { node, ..view }))
     }
 
-    /// A name for a node with tensors: that of its stored tensor `at` less one of `endings`, else its own in the file,
-    /// else `kind`.
+    /// Takes a name for a node with tensors: that of its stored tensor `at` less one of `endings`, else its own in the
+    /// file, else `kind`.
     pub fn name(&mut self, call: Call<'a>, at: usize, endings: &[&str], kind: &str) -> String {
         let stored = match call.input(at).and_then(|name| self.values.get(name)) {
             Some(ImportedValue::Stored { index, .. }) => self.stored.name(*index),
@@ -200,7 +200,7 @@ impl<'a> Importer<'a> {
     }
 }
 
-/// `/features/features.0/Conv` is `features.0`: PyTorch names nodes by modules, those of a sequence twice.
+/// Makes `features.0` of `/features/features.0/Conv`: PyTorch names nodes by modules, those of a sequence twice.
 fn from_path(call: Call, kind: &str) -> String {
     let name = call.node.name.as_deref().unwrap_or_default();
     let parts: Vec<&str> = name.split('/').filter(|part| !part.is_empty()).collect();
@@ -220,14 +220,14 @@ fn from_path(call: Call, kind: &str) -> String {
     }
 }
 
-/// An axis counted from the start.
+/// Returns an axis counted from the start.
 pub fn position(call: Call, axis: i64, rank: usize) -> Result<usize, Cause> {
     let from_start = if axis < 0 { axis.checked_add(rank as i64) } else { Some(axis) };
     let position = from_start.and_then(|axis| usize::try_from(axis).ok()).filter(|axis| *axis < rank);
     position.ok_or_else(|| call.refuse(format!("axis {axis} of {rank} axes")))
 }
 
-/// Two axes in the other order; anything else as it is.
+/// Swaps two axes; leaves anything else as it is.
 pub fn swapped(tensor: Tensor) -> Tensor {
     let [rows, columns] = tensor.shape[..] else { return tensor };
     let data = (0..rows * columns).map(|i| tensor.data[i % rows * columns + i / rows]).collect();

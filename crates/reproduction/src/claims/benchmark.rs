@@ -20,7 +20,7 @@ pub(crate) struct RunNetwork {
 }
 
 impl RunNetwork {
-    /// Scores.
+    /// Returns the scores.
     pub fn results(&self) -> &NetworkResults {
         &self.judged.results
     }

@@ -22,7 +22,7 @@ pub(super) fn lacks(what: impl Into<String>) -> Finding {
     Finding { outcome, effect: format!("the run lacks {}", what.into()), size: None, interval: None }
 }
 
-/// Holds where the interval lies above `least`, does not where it lies below.
+/// Finds that a claim holds where the interval lies above `least`, and that it does not where it lies below.
 pub(super) fn above(least: f64, effect: String, measured: Effect) -> Finding {
     let outcome = outcome(least, &measured);
     let effect = match measured.interval {

@@ -19,8 +19,8 @@ use taxel::judge::Case;
 use taxel::judge::Judgement;
 use taxel::judge::Result;
 
-/// Every claim of the five papers on every run, in the order of the papers. Runs on the same samples,
-/// divided alike, are one: Kaewrakmuk and Srinonchat 2026's tables share their networks so.
+/// Tests every claim of the five papers on every run, in the order of the papers. Runs on the same samples, divided
+/// alike, are one: Kaewrakmuk and Srinonchat 2026's tables share their networks so.
 ///
 /// A claim over several networks ("the best") holds if it does against each: shown is the one that comes
 /// nearest to refuting it. Differences of accuracy are tested as by [`taxel::judge::choose`], each at 95 %.

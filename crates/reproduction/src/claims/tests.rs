@@ -88,7 +88,7 @@ fn a_cost_below_a_margin_is_told_from_one_above() {
     is(&close(&run, &["gone"], &["good"], 1.0).unwrap(), Verdict::CannotBeTested, "lacks gone");
 }
 
-/// Of three classes one by three rows; `say` maps the label of the first `wrong` rows.
+/// Makes a network of single labels: `say` maps the label of the first `wrong[part]` rows of each part.
 fn confused(name: &'static str, zoo: &'static str, wrong: &'static [usize], say: fn(u32) -> u32) -> Player {
     let says = move |part: usize, row: usize, truth: &[u32]| {
         vec![if row < wrong[part] { say(truth[0]) } else { truth[0] }]
@@ -206,7 +206,7 @@ fn resolution_needs_two_runs_of_one_scene() {
     is(&test(&coarse, &[&fine]), Verdict::CannotBeTested, "128 × 128 elements");
 }
 
-/// Rows of a learning curve with `classes` classes; wrong on the first so many of 100.
+/// Runs a learning curve of rows: name, network, training samples per class; wrong on the first so many of 100.
 fn curve(rows: &[(&'static str, &'static str, usize, &'static [usize])]) -> Benchmark<'static> {
     let setting = Setting { protocol: few_samples(), ..Setting::default() };
     let one = |&(name, zoo, count, wrong): &(_, _, _, _)| Player {
@@ -375,7 +375,7 @@ fn runs_on_the_same_samples_are_one() {
     }
 }
 
-/// The claims that the project's pages list, per paper.
+/// Counts the claims that the project's pages list, per paper.
 #[test]
 fn every_paper_has_its_claims() {
     let count = |paper| CLAIMS.iter().filter(|claim| claim.paper == paper).count();

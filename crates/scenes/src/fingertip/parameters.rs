@@ -57,7 +57,7 @@ parameters! {
 pub(super) const REMOVABLE: [&str; 7] =
     ["compliance", "relaxation", "contact-quality", "placement", "servo", "session", "noise"];
 
-/// All parameters, as `taxel simulate fingertip --explain` prints them.
+/// Lists all parameters, as `taxel simulate fingertip --explain` prints them.
 pub(crate) fn explain() -> Vec<Effect> {
     rows(TABLE, &REMOVABLE)
 }

@@ -23,7 +23,7 @@ pub(super) struct Dent {
 }
 
 impl Dent {
-    /// The coat over it: smoothed, as if it went on beyond the edge as it is there.
+    /// Returns the coat over the dent: smoothed, as if the dent went on beyond the edge as it is there.
     pub(super) fn smoothed(self) -> Self {
         let sd = MEMBRANE.get() / self.pitch;
         let reach = (3.0 * sd).ceil() as i64;
@@ -45,7 +45,7 @@ impl Dent {
         Dent { depth, ..self }
     }
 
-    /// Colour of each place in counts before noise and rounding: red, green, blue.
+    /// Returns the colour of each place in counts before noise and rounding: red, green, blue.
     pub(super) fn lit(&self) -> impl Iterator<Item = [f64; 3]> {
         let at = |row: usize, column: usize| self.depth[row * self.side + column];
         let last = self.side - 1;
@@ -68,7 +68,7 @@ impl Dent {
     }
 }
 
-/// Directions to the red, green and blue lamp.
+/// Returns the directions to the red, green and blue lamp.
 fn lamps() -> [[f64; 3]; 3] {
     let up = ELEVATION.get().to_radians();
     [0, 1, 2].map(|lamp| {

@@ -38,7 +38,8 @@ pub(super) const CLOTHS: [(&str, Face); 12] = [
     ("rib-knit", rib_knit),
 ];
 
-/// A row of the draft per weft yarn, from below; 1 where the warp yarn, which runs along y, lies on top.
+/// Returns the height of a weave. `draft` has a row per weft yarn, from below; 1 where the warp yarn, which runs along
+/// y, lies on top.
 fn woven(draft: &[&str], x: f64, y: f64) -> f64 {
     let (wefts, warps) = (draft.len() as i64, draft[0].len() as i64);
     // +1 where the warp is on top, -1 where the weft is.
@@ -59,18 +60,18 @@ fn woven(draft: &[&str], x: f64, y: f64) -> f64 {
     rise + of_warp.max(of_weft)
 }
 
-/// Height of a round yarn beside its middle; nothing beside it.
+/// Returns the height of a round yarn beside its middle; 0 beside the yarn.
 fn section(beside: f64) -> f64 {
     let radius = YARN.get() / 2.0;
     (radius * radius - beside * beside).max(0.0).sqrt()
 }
 
-/// Cords of pile along y, each over two yarns.
+/// Returns the height of corduroy: cords of pile along y, each over two yarns.
 fn corduroy(x: f64, _: f64) -> f64 {
     (PI * x / 2.0).sin().abs()
 }
 
-/// Loops of a knit: in every wale two legs lean towards each other.
+/// Returns the height of jersey, loops of a knit: in every wale two legs lean towards each other.
 fn jersey(x: f64, y: f64) -> f64 {
     let beside = x - x.floor() - 0.5;
     let lean = 0.14 + 0.12 * (y - y.floor());
@@ -78,7 +79,7 @@ fn jersey(x: f64, y: f64) -> f64 {
     0.8 * (0.04 - leg * leg).max(0.0).sqrt() / 0.2 * (1.0 - 0.4 * (TAU * y).cos().max(0.0))
 }
 
-/// Two wales up and two down, in turn.
+/// Returns the height of a rib knit: two wales up and two down, in turn.
 fn rib_knit(x: f64, y: f64) -> f64 {
     let up = (0.5 + 0.9 * (PI * x / 2.0).sin()).clamp(0.0, 1.0);
     up + 0.5 * jersey(x, y)

@@ -56,14 +56,14 @@ pub(super) const OBJECTS: [GraspedObject; 30] = [
 ];
 
 impl GraspedObject {
-    /// Its place among the objects of its hardness level: 0, 1 or 2.
+    /// Returns its place among the objects of its hardness level: 0, 1 or 2.
     pub(super) fn place(&self) -> usize {
         let same = OBJECTS.iter().filter(|other| other.hardness == self.hardness);
         same.take_while(|other| other.name != self.name).count()
     }
 }
 
-/// The objects as rows of `--explain`.
+/// Lists the objects as rows of `--explain`.
 pub(super) fn explain() -> Vec<Effect> {
     let row = |object: &GraspedObject| Effect {
         name: "object".into(),

@@ -77,7 +77,7 @@ parameters! {
 /// Effects that the scene works without.
 pub(super) const REMOVABLE: [&str; 5] = ["delay", "relaxation", "placement", "offset", "noise"];
 
-/// All parameters and objects, as `taxel simulate gripper --explain` prints them.
+/// Lists all parameters and objects, as `taxel simulate gripper --explain` prints them.
 pub(crate) fn explain() -> Vec<Effect> {
     let mut effects = rows(TABLE, &REMOVABLE);
     effects.extend(objects::explain());

@@ -21,7 +21,7 @@ pub(super) struct Material {
 }
 
 impl Material {
-    /// How hard it is against the sensor's foam, 0 to 1.
+    /// Returns how hard it is against the sensor's foam, 0 to 1.
     fn firmness(&self) -> f64 {
         self.stiffness / (self.stiffness + SKIN.get())
     }
@@ -74,7 +74,7 @@ impl GripperGrasp {
         GripperGrasp { material, contact, delay, late, pressure, tap, offset }
     }
 
-    /// Reading of DC at rest, per finger, bits.
+    /// Returns the reading of DC at rest, per finger, bits.
     pub(super) fn rest(&self) -> [f64; 2] {
         self.offset.map(|[dc, _]| dc)
     }
@@ -110,7 +110,7 @@ impl GripperGrasp {
         outcome
     }
 
-    /// How far the fingers have come since the first touch, mm.
+    /// Returns how far the fingers have come since the first touch, mm.
     fn depth(&self, time: f64, stop: f64) -> f64 {
         let speed = SPEED.get();
         let closing = time.min(stop) - self.contact;
@@ -180,7 +180,7 @@ impl Finger {
         bits(self.offset[1] + vibration + noise)
     }
 
-    /// The DC value at this moment, bits.
+    /// Returns the DC value at this moment, bits.
     fn dc(&mut self) -> f32 {
         let noise = self.noise[0] * normal(&mut self.rng);
         bits(self.offset[0] + self.pressure * self.force / DC_UNIT.get() + noise)

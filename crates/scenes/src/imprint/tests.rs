@@ -8,7 +8,7 @@ use crate::shapes::vector::{Vector, add, cross, dot, length, scale, sub};
 use rand::RngExt;
 use std::collections::BTreeMap;
 
-/// Height at which a ray meets a triangle (Möller and Trumbore), one triangle at a time.
+/// Returns the height at which a ray meets a triangle (Möller and Trumbore), one triangle at a time.
 fn cast(mesh: &Mesh, from: Vector, along: Vector) -> Option<f64> {
     let meets = mesh.triangles.iter().filter_map(|t| {
         let [a, b, c] = t.map(|v| mesh.vertices[v as usize]);
@@ -104,7 +104,7 @@ fn points_are_uniform_over_the_surface() {
     assert!(points.iter().all(|(p, n)| n[2].abs() == 1.0 && (p[2].abs() - 0.5).abs() < 1e-9));
 }
 
-/// Every directed edge has its opposite as often: no hole, and all triangles wind alike.
+/// Checks whether every directed edge has its opposite as often: no hole, and all triangles wind alike.
 fn is_closed(triangles: &[[u32; 3]]) -> bool {
     let mut balance: BTreeMap<(u32, u32), i32> = BTreeMap::new();
     for &[a, b, c] in triangles {

@@ -31,7 +31,7 @@ impl Fingers {
         Fingers { table: (0..=THICKEST + 1).map(force).collect() }
     }
 
-    /// Force in N per N m and its slope in N per N m and mm, both fingers together.
+    /// Returns the force in N per N m and its slope in N per N m and mm, both fingers together.
     pub(super) fn force(&self, thickness: f32) -> (f32, f32) {
         let at = thickness.clamp(0.0, THICKEST as f32);
         let low = at.floor();
@@ -40,7 +40,7 @@ impl Fingers {
     }
 }
 
-/// Force of one finger towards the sensor per N m, on an object `thickness` mm thick.
+/// Computes the force of one finger towards the sensor per N m, on an object `thickness` mm thick.
 fn press(thickness: f64) -> f64 {
     let pose = Pose::on(thickness);
     let [first, second] = pose.contact_forces();
@@ -68,7 +68,7 @@ impl Pose {
         Pose { theta1, theta2: -2.0 * (second / circle).atan(), reach: [first, second] }
     }
 
-    /// Normal forces of the phalanges for a closing torque of 1 N m, N.
+    /// Computes the normal forces of the phalanges for a closing torque of 1 N m, N.
     fn contact_forces(&self) -> [f64; 2] {
         let [q1, q2] = self.joint_torques();
         let [k1, k2] = self.reach;
@@ -78,7 +78,7 @@ impl Pose {
         [1e3 * first, 1e3 * second]
     }
 
-    /// T^-T tau: torques about the two joints for 1 N m on the crank, by the rates of the closed loop.
+    /// Computes T^-T tau: torques about the two joints for 1 N m on the crank, by the rates of the closed loop.
     fn joint_torques(&self) -> [f64; 2] {
         let at = |length: f64, angle: f64| [length * angle.cos(), length * angle.sin()];
         let gamma = GROUND_ANGLE.get().to_radians();
@@ -92,7 +92,7 @@ impl Pose {
         [along(pin) / along(crank), along(lever) / along(crank)]
     }
 
-    /// Angle at which the crank holds the coupler's other end at `pin`, elbow up, rad.
+    /// Computes the angle at which the crank holds the coupler's other end at `pin`, elbow up, rad.
     fn crank(&self, pin: [f64; 2]) -> f64 {
         let gamma = GROUND_ANGLE.get().to_radians();
         let (x, y) = (pin[0] - GROUND.get() * gamma.cos(), pin[1] - GROUND.get() * gamma.sin());

@@ -278,7 +278,7 @@ pub(super) const PAPER_003: [SqueezedObject; 24] = [
     SqueezedObject { stiffness: 2.0, depth: 8.0, ..bag("rubber pipes", 45, &[rod(4.0, 30.0)]) },
 ];
 
-/// The objects as rows of `--explain`.
+/// Lists the objects as rows of `--explain`.
 pub(super) fn explain() -> Vec<Effect> {
     let papers: [(&str, &str, &[SqueezedObject]); 2] = [
         ("002", "Gandarias et al. 2019b, section III-C", &PAPER_002),

@@ -110,7 +110,7 @@ pub(super) const REMOVABLE: [&str; 13] = [
     "inclusions",
 ];
 
-/// All parameters and objects, as `taxel simulate palpation --explain` prints them.
+/// Lists all parameters and objects, as `taxel simulate palpation --explain` prints them.
 pub(crate) fn explain() -> Vec<Effect> {
     let mut effects = rows(TABLE, &REMOVABLE);
     effects.extend(objects::explain());

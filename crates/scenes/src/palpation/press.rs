@@ -36,7 +36,7 @@ pub(super) enum Drive<'a> {
 }
 
 impl Drive<'_> {
-    /// Force in N at a depth in mm, and its slope.
+    /// Returns the force in N at a depth in mm, and its slope.
     fn at(&self, depth: f32) -> (f32, f32) {
         match *self {
             Drive::Force(force) => (force, 0.0),
@@ -66,7 +66,7 @@ impl Bed {
         }
     }
 
-    /// Pressure in kPa at a squeeze in mm, and its slope.
+    /// Computes the pressure in kPa at a squeeze in mm, and its slope.
     #[inline(always)]
     fn law(&self, squeeze: f32) -> (f32, f32) {
         let squeeze = squeeze.max(0.0);
@@ -84,7 +84,7 @@ impl Bed {
         (self.lump_stiffness * beyond, if beyond > 0.0 { self.lump_stiffness } else { 0.0 })
     }
 
-    /// Sum of the pressures in kPa at a depth in mm, and its slope.
+    /// Sums the pressures in kPa at a depth in mm, and their slopes.
     fn sum(&self, depth: f32) -> (f32, f32) {
         let mut sum = (0.0, 0.0);
         for &gap in &self.gaps {
@@ -98,7 +98,7 @@ impl Bed {
         sum
     }
 
-    /// Depth in mm, from the first touch, at which bed and drive balance; `start` is a guess.
+    /// Finds the depth in mm, from the first touch, at which bed and drive balance; `start` is a guess.
     pub(super) fn sink(&self, drive: &Drive, start: f32) -> f32 {
         let area = taxel_area();
         // The bed pushes back more the deeper it is, the drive presses less: one root.
@@ -126,7 +126,7 @@ impl Bed {
         depth
     }
 
-    /// Pressure of each taxel at a depth, kPa.
+    /// Writes the pressure of each taxel at a depth, kPa.
     pub(super) fn pressures(&self, depth: f32, into: &mut [f32; TAXELS]) {
         for (pressure, &gap) in into.iter_mut().zip(&self.gaps) {
             *pressure = self.law(depth - gap).0;
@@ -137,7 +137,7 @@ impl Bed {
     }
 }
 
-/// Force in N of 1 kPa on one taxel.
+/// Returns the force in N of 1 kPa on one taxel.
 pub(super) fn taxel_area() -> f32 {
     let [along, across] = pitch();
     (along * across * 1e-3) as f32
@@ -146,7 +146,7 @@ pub(super) fn taxel_area() -> f32 {
 /// Taps of the pad's blur on each side.
 const REACH: usize = 3;
 
-/// The pad's spread of a load, from the middle outwards; the taps of a whole row add to 1.
+/// Returns the pad's spread of a load, from the middle outwards; the taps of a whole row add to 1.
 pub(super) fn spread() -> [f32; REACH + 1] {
     let sd = PAD_BLUR.get() / pitch()[0];
     let weight = |tap: usize| (-0.5 * (tap as f64 / sd).powi(2)).exp();
@@ -188,7 +188,7 @@ mod tests {
     use super::super::objects::PAPER_002;
     use super::*;
 
-    /// The flat face of the smooth sponge on ten taxels, without pad.
+    /// Makes the flat face of the smooth sponge on ten taxels, without pad.
     fn sponge() -> (Bed, &'static SqueezedObject) {
         let object = &PAPER_002[4];
         let mut gaps = vec![FAR; TAXELS];

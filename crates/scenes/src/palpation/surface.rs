@@ -33,13 +33,13 @@ impl Placement {
         Placement { shift: [by(SHIFT.value[1]), by(SHIFT.value[0])], turn: by(TURN.get().to_radians()) }
     }
 
-    /// From the object to the sensor.
+    /// Turns a place on the object into one on the sensor.
     fn out(&self, [u, v]: [f64; 2]) -> [f64; 2] {
         let (sin, cos) = self.turn.sin_cos();
         [self.shift[0] + u * cos - v * sin, self.shift[1] + u * sin + v * cos]
     }
 
-    /// From the sensor to the object.
+    /// Turns a place on the sensor into one on the object.
     fn back(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let (sin, cos) = self.turn.sin_cos();
         let (x, y) = (x - self.shift[0], y - self.shift[1]);
@@ -47,12 +47,12 @@ impl Placement {
     }
 }
 
-/// Pitch of the taxels along and across, mm.
+/// Returns the pitch of the taxels along and across, mm.
 pub(super) fn pitch() -> [f64; 2] {
     [WIDTH.get() / COLUMNS.get(), HEIGHT.get() / ROWS.get()]
 }
 
-/// Centre of a taxel from the sensor's, along and across, mm.
+/// Returns the centre of a taxel from the sensor's, along and across, mm.
 pub(super) fn centre(taxel: usize) -> [f64; 2] {
     let columns = COLUMNS.get() as usize;
     let [along, across] = pitch();
@@ -60,8 +60,8 @@ pub(super) fn centre(taxel: usize) -> [f64; 2] {
     [(column + 0.5 - COLUMNS.get() / 2.0) * along, (row + 0.5 - ROWS.get() / 2.0) * across]
 }
 
-/// Distance of the surface behind each taxel from the object's foremost point, mm; [`FAR`] beside it.
-/// A bag has its own: [`Heap`].
+/// Computes the distance of the surface behind each taxel from the object's foremost point, mm; [`FAR`] beside it. A
+/// bag has its own: [`Heap`].
 pub(super) fn gaps(object: &SqueezedObject, place: &Placement, textured: bool) -> Vec<f32> {
     let gap = |taxel: usize| {
         let [u, v] = place.back(centre(taxel));
@@ -101,7 +101,7 @@ fn shape_gap(shape: &ObjectShape, u: f64, v: f64) -> Option<f64> {
     }
 }
 
-/// How deep each taxel has to be squeezed until a lump is felt, mm; `None` without lumps.
+/// Computes how deep each taxel has to be squeezed until a lump is felt, mm; `None` without lumps.
 pub(super) fn covers(object: &SqueezedObject, place: &Placement) -> Option<Vec<f32>> {
     let cover = |taxel: usize| {
         let [u, v] = place.back(centre(taxel));
@@ -160,7 +160,7 @@ impl Heap {
         Heap { items: placed.collect() }
     }
 
-    /// Some items slide and settle anew.
+    /// Lets some items slide and settle anew.
     pub(super) fn slide(&mut self, rng: &mut Rng) {
         for placed in &mut self.items {
             // The same numbers are drawn whether an item slides or not.
@@ -172,7 +172,7 @@ impl Heap {
         }
     }
 
-    /// As [`gaps`]: the foremost item behind each taxel.
+    /// Computes the distances as [`gaps`] does, of the foremost item behind each taxel.
     pub(super) fn gaps(&self) -> Vec<f32> {
         let columns = COLUMNS.get() as usize;
         let ([along, across], rows) = (pitch(), ROWS.get() as usize);
@@ -201,7 +201,7 @@ impl Heap {
 }
 
 impl Placed {
-    /// Height of its top at an offset from its middle, mm.
+    /// Returns the height of its top at an offset from its middle, mm; none beside it.
     fn top(&self, dx: f64, dy: f64) -> Option<f64> {
         let (sin, cos) = self.axis.sin_cos();
         let (u, v) = (dx * cos + dy * sin, -dx * sin + dy * cos);
@@ -226,13 +226,13 @@ pub(super) struct Taxels {
     pub(super) rest: Vec<f32>,
 }
 
-/// Standard normal draws, two per taxel, that make up [`Taxels`].
+/// Draws from the standard normal distribution, two numbers per taxel, for [`Taxels`].
 pub(super) fn draws(mut rng: Rng) -> Vec<[f64; 2]> {
     (0..TAXELS).map(|_| [normal(&mut rng), normal(&mut rng)]).collect()
 }
 
 impl Taxels {
-    /// From the sensor's own draws and a grasp's.
+    /// Makes the taxels from the sensor's own draws and a grasp's.
     pub(super) fn new(world: &World, sensor: &[[f64; 2]], grasp: &[[f64; 2]]) -> Taxels {
         let (log_sensor, log_grasp) = (TAXEL_GAIN.value[0], TAXEL_GAIN.value[1]);
         let gain = |(sensor, grasp): (&[f64; 2], &[f64; 2])| {

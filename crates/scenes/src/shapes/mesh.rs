@@ -96,14 +96,14 @@ impl Mesh {
         self.triangles[triangle].map(|v| self.vertices[v as usize])
     }
 
-    /// Normal of a triangle, as long as twice its area.
+    /// Returns the normal of a triangle, as long as twice its area.
     fn twice_normal(&self, triangle: usize) -> Vector {
         let [a, b, c] = self.corners(triangle);
         cross(sub(b, a), sub(c, a))
     }
 
-    /// The point that three numbers in 0..1 choose, uniformly over the surface, and the unit normal
-    /// of its triangle.
+    /// Returns the point that three numbers in 0..1 choose, uniformly over the surface, and the unit normal of its
+    /// triangle.
     pub fn point(&self, chosen: [f64; 3]) -> (Vector, Vector) {
         #[expect(clippy::expect_used, reason = "a mesh without an area is refused")]
         let total = *self.area_up_to.last().expect("new() wants a triangle at least");
@@ -119,9 +119,8 @@ impl Mesh {
         (point, scale(normal, 1.0 / length(normal)))
     }
 
-    /// For each ray of the grid, row by row, the outermost height of the surface above the plane
-    /// and the triangle it belongs to; none where the ray meets nothing. What lies below `floor`
-    /// is passed over.
+    /// Finds for each ray of the grid, row by row, the outermost height of the surface above the plane and the triangle
+    /// it belongs to; none where the ray meets nothing. What lies below `floor` is passed over.
     pub fn heights(&self, frame: &ViewPlane, grid: RayGrid, floor: f64) -> Vec<Option<(f64, u32)>> {
         let seen: Vec<Vector> = self
             .vertices
@@ -147,7 +146,7 @@ impl Mesh {
         heights
     }
 
-    /// Unit normal of a triangle, on either side.
+    /// Returns the unit normal of a triangle, on either side.
     pub fn normal(&self, triangle: u32) -> Vector {
         let normal = self.twice_normal(triangle as usize);
         scale(normal, 1.0 / length(normal))
@@ -181,7 +180,7 @@ impl RayGrid {
         }
     }
 
-    /// The grid lines between the smallest and the largest of three places.
+    /// Returns the grid lines between the smallest and the largest of three places.
     fn between(self, places: [f64; 3]) -> Option<std::ops::RangeInclusive<usize>> {
         let low = places.into_iter().fold(f64::INFINITY, f64::min).max(0.0);
         let high = places.into_iter().fold(f64::NEG_INFINITY, f64::max).min(self.side as f64 - 1.0);

@@ -19,12 +19,12 @@ use crate::Result;
 const MOST_BYTES: u64 = 512 << 20;
 const FORMATS: [&str; 3] = ["obj", "stl", "off"];
 
-/// A mesh that cannot be read.
+/// Refuses a mesh that cannot be read.
 fn refuse<T>(file: &Path, reason: impl Into<String>) -> Result<T> {
     Err(FileError::new(file, reason).into())
 }
 
-/// The files of a folder by class: one sub-folder per class, or one file per class.
+/// Lists the files of a folder by class: one sub-folder per class, or one file per class.
 ///
 /// # Errors
 ///

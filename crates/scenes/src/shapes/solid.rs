@@ -42,7 +42,7 @@ pub(crate) struct Solid {
 }
 
 impl Solid {
-    /// Nothing yet; parts will be rounded into each other over about `blend`.
+    /// Makes a solid of no parts yet; they will be rounded into each other over about `blend`.
     pub fn new(blend: f64) -> Self {
         Self { parts: Vec::new(), blend }
     }
@@ -65,12 +65,12 @@ impl Solid {
         self.flat(a, b, radii, [1.0; 3])
     }
 
-    /// A limb whose radii shrink to a share along each axis.
+    /// Adds a limb whose radii shrink to a share along each axis.
     pub fn flat(self, a: Vector, b: Vector, radii: [f64; 2], squash: Vector) -> Self {
         self.with(Form::Limb { a, b, radii, squash })
     }
 
-    /// A limb through several points, each with its radius.
+    /// Adds a limb through several points, each with its radius.
     pub fn chain(self, points: &[(Vector, f64)]) -> Self {
         points.windows(2).fold(self, |solid, ends| solid.limb(ends[0].0, ends[1].0, [ends[0].1, ends[1].1]))
     }
@@ -79,7 +79,7 @@ impl Solid {
         self.tilted(middle, half, round, 0.0)
     }
 
-    /// A slab whose front is raised by `degrees`.
+    /// Adds a slab whose front is raised by `degrees`.
     pub fn tilted(self, middle: Vector, half: Vector, round: f64, degrees: f64) -> Self {
         self.with(Form::Slab { middle, half, round, raised: degrees.to_radians() })
     }
@@ -112,7 +112,7 @@ impl Solid {
         self
     }
 
-    /// The surface: vertices and triangles.
+    /// Computes the surface: vertices and triangles.
     pub fn surface(&self) -> (Vec<Vector>, Vec<[u32; 3]>) {
         let (low, high) = self.bounds();
         let extent = sub(high, low);
@@ -134,7 +134,7 @@ impl Solid {
         (sub(bounds.0, [self.blend; 3]), add(bounds.1, [self.blend; 3]))
     }
 
-    /// Distances at the corners of all cells; far from the surface only their sign is right.
+    /// Computes the distances at the corners of all cells; far from the surface only their sign is right.
     fn field(&self, size: [usize; 3], start: Vector, cell: f64) -> Vec<f64> {
         let mut field = vec![0.0; size.iter().product()];
         let place = |at: Vector| add(start, scale(at, cell));
@@ -162,7 +162,7 @@ impl Solid {
     }
 }
 
-/// Signed distance of a point to the union of the parts, less what is carved.
+/// Computes the signed distance of a point to the union of the parts, less what is carved.
 fn distance(parts: &[SolidPart], blend: f64, point: Vector) -> f64 {
     let added = parts.iter().filter(|part| !part.carved);
     let union = added.fold(f64::INFINITY, |sum, part| smooth_min(sum, part.distance(point), blend));
@@ -219,7 +219,7 @@ impl SolidPart {
     }
 }
 
-/// All triples below `size`.
+/// Iterates over all triples below `size`.
 fn all(size: [usize; 3]) -> impl Iterator<Item = (usize, usize, usize)> {
     let [a, b, c] = size;
     (0..a).flat_map(move |x| (0..b).flat_map(move |y| (0..c).map(move |z| (x, y, z))))
@@ -277,7 +277,7 @@ impl Nets {
         (vertices, triangles)
     }
 
-    /// The mean of the points where the surface crosses the edges of a cell, if it does.
+    /// Returns the mean of the points where the surface crosses the edges of a cell, if it does.
     fn vertex(&self, cell: [usize; 3], field: &[f64]) -> Option<Vector> {
         let corner = |bits: usize| [0, 1, 2].map(|axis| cell[axis] + (bits >> axis & 1));
         let values: [f64; 8] = std::array::from_fn(|bits| field[self.index(corner(bits))]);

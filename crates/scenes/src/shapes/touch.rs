@@ -42,7 +42,7 @@ pub(crate) fn touch(mesh: &Mesh, place: &mut Rng, spin: f64, grid: RayGrid, dept
     None
 }
 
-/// The tangent plane at a point; without spin, up is as far up as it can be.
+/// Returns the tangent plane at a point; without spin, up is as far up as it can be.
 pub(crate) fn tangent(point: Vector, normal: Vector, spin: f64) -> ViewPlane {
     let level = cross([0.0, 0.0, 1.0], normal);
     let right = match length(level) {

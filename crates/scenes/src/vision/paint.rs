@@ -37,7 +37,7 @@ impl Appearance {
     pub const TRUTH: [&'static str; 7] =
         ["azimuth_deg", "elevation_deg", "roll_deg", "zoom", "shift_x", "shift_y", "ambient"];
 
-    /// Values in the order of [`Appearance::TRUTH`].
+    /// Lists the values in the order of [`Appearance::TRUTH`].
     pub fn truth(&self) -> Vec<f64> {
         let angles = [self.azimuth, self.elevation, self.roll].map(f64::to_degrees);
         [&angles[..], &[self.zoom], &self.shift, &[self.ambient]].concat()
@@ -83,7 +83,7 @@ pub(super) fn picture(mesh: &Mesh, size: f64, look: &Appearance, mut picture: Ar
     picture.mapv_inplace(|value| value.clamp(0.0, 1.0));
 }
 
-/// The plane of the picture, facing the camera, and the direction of the lamp.
+/// Returns the plane of the picture, facing the camera, and the direction of the lamp.
 fn camera(look: &Appearance) -> (ViewPlane, Vector) {
     let Appearance { azimuth, elevation, roll, lamp: [turn, away], .. } = *look;
     let towards = [elevation.cos() * azimuth.cos(), elevation.cos() * azimuth.sin(), elevation.sin()];
@@ -122,7 +122,7 @@ impl Paint {
     }
 }
 
-/// Value noise in 0..1: random at whole numbers, smooth in between.
+/// Returns value noise in 0..1: random at whole numbers, smooth in between.
 fn noise(place: Vector, seed: u64) -> f64 {
     let cell = place.map(f64::floor);
     // Without slope at whole numbers.
@@ -140,7 +140,8 @@ fn noise(place: Vector, seed: u64) -> f64 {
         .sum()
 }
 
-/// A number in 0..1 for a point of the lattice (the finaliser of SplitMix64, Steele et al. 2014, over its parts).
+/// Returns a number in 0..1 for a point of the lattice (the finaliser of SplitMix64, Steele et al. 2014, over its
+/// parts).
 fn lattice(point: [i64; 3], seed: u64) -> f64 {
     let mixed = point.into_iter().fold(seed, |state, part| {
         let mut z = (state ^ part as u64).wrapping_add(0x9e37_79b9_7f4a_7c15);

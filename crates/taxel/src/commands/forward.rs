@@ -169,7 +169,7 @@ fn read_input(path: &Path, shape: &[usize], name: &str) -> Result<ArrayD<f32>, B
     Ok(array)
 }
 
-/// The accelerator this build knows, else the CPU.
+/// Opens the accelerator this build knows, else the CPU.
 #[cfg(feature = "candle")]
 fn device() -> Result<Device, Box<dyn std::error::Error>> {
     if cfg!(feature = "cuda") {

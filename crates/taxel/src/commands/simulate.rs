@@ -141,7 +141,7 @@ fn arrays(scene: &Scene, n: usize) -> std::io::Result<Vec<u8>> {
     npz.finish()
 }
 
-/// Whole numbers of image sequences go as integers: a quarter or half the size of 32-bit floats.
+/// Adds the readings. Whole numbers of image sequences go as integers: a quarter or half the size of 32-bit floats.
 fn add_readings(npz: &mut Npz, shape: &[usize], x: &[f32], full_scale: f32) -> std::io::Result<()> {
     let whole = shape.len() == 4 && x.iter().all(|v| v.fract() == 0.0 && *v >= 0.0 && *v <= full_scale);
     if whole && full_scale <= f32::from(u8::MAX) {

@@ -121,7 +121,7 @@ fn print(outcomes: &Tested) {
     }
 }
 
-/// Every network without a guard and with one.
+/// Prints every network without a guard and with one.
 fn print_guarded(outcomes: &Tested) {
     let Some(alarms) =
         outcomes.alarms.filter(|_| outcomes.networks.iter().any(|network| network.other.is_some()))

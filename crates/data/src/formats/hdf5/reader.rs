@@ -62,7 +62,7 @@ impl NamedArrays for Hdf5Archive {
         text::read(self, array, at, cap)
     }
 
-    /// MATLAB counts from 1.
+    /// Checks whether the file is MATLAB's, which counts from 1.
     fn counts_from_one(&self) -> bool {
         self.is_matlab
     }

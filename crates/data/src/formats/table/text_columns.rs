@@ -89,7 +89,7 @@ impl TableText {
         Ok(Self { file, header, rows: RowSource::Csv { text, separator } })
     }
 
-    /// Names the format of the values.
+    /// Returns the name of the format of the values.
     pub fn dtype(&self) -> &'static str {
         match self.rows {
             RowSource::Csv { .. } => "csv",

@@ -82,7 +82,7 @@ fn draw_training(judgement: &Judgement, trained: &[&Judged], paint: Paint) -> Ca
 /// A network with its rows of a learning curve, by the number of training samples of each class.
 type Curve<'a> = (&'a str, Vec<(usize, &'a Judged)>);
 
-/// Scores by the number of training samples of each class.
+/// Draws the scores by the number of training samples of each class.
 pub(super) fn few_samples(judgement: &Judgement) -> Option<Chart<'_>> {
     let mut curves: Vec<Curve> = vec![];
     for n in &judgement.networks {

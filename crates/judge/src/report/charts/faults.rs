@@ -16,7 +16,7 @@ const COLUMNS: usize = 3;
 /// Size of a small chart with its titles.
 const CELL: (f64, f64) = (282.0, 206.0);
 
-/// Scores by severity, one small chart per fault.
+/// Draws the scores by severity, one small chart per fault.
 pub(super) fn curves(judgement: &Judgement) -> Option<Chart<'_>> {
     let stress = judgement.stress.as_ref().filter(|s| !s.faults.is_empty())?;
     let reading = format!(

@@ -117,7 +117,7 @@ pub(in crate::report) fn networks(judgement: &Judgement, choice: Option<&Choice>
     Table { marked, ..Table::new(table::NETWORKS, caption, columns, &shown) }
 }
 
-/// Scores that authors report on their own data; they share no column with scores measured here.
+/// Lists the scores that authors report on their own data; they share no column with scores measured here.
 pub(super) fn published(judgement: &Judgement) -> Table {
     let pair = |score: &[f64]| {
         let sd = score.get(1).copied();

@@ -38,33 +38,33 @@ impl TileGrid {
         TileGrid { output, tiles, block: even(tiles[0] * tiles[1], most) }
     }
 
-    /// Rows and columns of the input with the halo that the tiles cover.
+    /// Returns the rows and columns of the input with the halo that the tiles cover.
     pub fn halo(&self) -> [usize; 2] {
         self.tiles.map(|tiles| 2 * tiles + 2)
     }
 
-    /// Positions of the padded input.
+    /// Returns the number of positions of the padded input.
     pub fn halo_len(&self) -> usize {
         self.halo().iter().product()
     }
 
-    /// Positions of the output.
+    /// Returns the number of positions of the output.
     pub fn output_len(&self) -> usize {
         self.output.iter().product()
     }
 
-    /// Floats from one plane of a block to the next.
+    /// Returns the number of floats from one plane of a block to the next.
     pub fn plane(&self, width: usize) -> usize {
         self.block * width + GAP
     }
 
-    /// First tile of every block, and number of its tiles.
+    /// Returns the first tile of every block, and the number of its tiles.
     pub fn blocks(&self) -> impl Iterator<Item = (usize, usize)> + use<> {
         let (all, most) = (self.tiles[0] * self.tiles[1], self.block);
         (0..all).step_by(most).map(move |first| (first, most.min(all - first)))
     }
 
-    /// The tiles `first..first + count` of a block, row by row.
+    /// Returns the runs of the tiles `first..first + count` of a block, row by row.
     pub fn runs(&self, first: usize, count: usize) -> impl Iterator<Item = TileRun> + use<> {
         assert!(
             count <= self.block && first + count <= self.tiles[0] * self.tiles[1],

@@ -86,7 +86,7 @@ impl Runs {
         Runs { count, axis: size[axis], len: size[axis + 1..].iter().product::<usize>() * width }
     }
 
-    /// Values of everything at one position of the axis.
+    /// Returns the number of all values at one position of the axis.
     fn slice(&self) -> usize {
         self.count * self.len
     }
@@ -165,7 +165,7 @@ impl WinogradLine {
         at_least("scratch of a convolution", work.len(), self.work_len());
     }
 
-    /// `Bᵀ d` of one tile's input: six images over the other axes.
+    /// Computes `Bᵀ d` of one tile's input: six images over the other axes.
     fn spread(&self, tile: usize, padded: &[f32], v: &mut [f32]) {
         let runs = self.input_runs;
         for run in 0..runs.count {
@@ -228,7 +228,7 @@ impl WinogradLine {
 }
 
 at_level! {
-    /// `to[i] = Σ m[i][j] · from[j]`, written or added: stretches of `len` values, `size` = (i, j) of them,
+    /// Computes `to[i] = Σ m[i][j] · from[j]`, written or added: stretches of `len` values, `size` = (i, j) of them,
     /// that lie `from_step` and `to_step` apart.
     fn combine(
         m: &Matrix, size: [usize; 2], from: &[f32], from_step: usize, to: &mut [f32], to_step: usize,
@@ -236,6 +236,8 @@ at_level! {
     ) = combine_at
 }
 
+/// Computes [`combine`] with vectors of `S`.
+///
 /// # Safety
 /// The CPU has the features of `S`.
 #[allow(clippy::too_many_arguments, clippy::needless_range_loop)]

@@ -37,7 +37,7 @@ macro_rules! either {
 }
 
 impl Winograd {
-    /// The plan for an ungrouped convolution, where there is one.
+    /// Makes the plan for an ungrouped convolution, where there is one.
     pub fn new(sizes: &ConvSizes) -> Option<Self> {
         let ConvSizes { window, dilation, channels, filters, .. } = *sizes;
         let Window3 { output, kernel, stride, .. } = window;
@@ -51,7 +51,7 @@ impl Winograd {
         Some(Winograd::Line(Box::new(line::WinogradLine::new(&window, axis, channels, filters))))
     }
 
-    /// Whether its transforms cost less than the products that it saves.
+    /// Checks whether its transforms cost less than the products that it saves.
     pub fn pays(sizes: &ConvSizes) -> bool {
         let ConvSizes { window, channels, filters, .. } = *sizes;
         if window.kernel != [1, 3, 3] {
@@ -62,22 +62,22 @@ impl Winograd {
         channels.min(filters) >= WIDE && (tiles >= 32 || channels * filters <= 128 * 128)
     }
 
-    /// Size of the input with the halo that the tiles cover.
+    /// Returns the size of the input with the halo that the tiles cover.
     pub fn padded(&self, padded: [usize; 3]) -> [usize; 3] {
         either!(self, plan => plan.padded(padded))
     }
 
-    /// Values of the transformed weights, and of their gradient.
+    /// Returns the number of transformed weights, and of values of their gradient.
     pub fn weight_len(&self) -> usize {
         either!(self, plan => plan.weight_len())
     }
 
-    /// Values of scratch for any pass.
+    /// Returns the number of values of scratch for any pass.
     pub fn work_len(&self) -> usize {
         either!(self, plan => plan.work_len())
     }
 
-    /// `u = G g` of the weights.
+    /// Computes the transformed weights: `u = G g`, for squares `u = G g Gᵀ`.
     pub fn pack(&self, weight: &[f32], u: &mut [f32]) {
         either!(self, plan => plan.pack(weight, u));
     }
@@ -87,7 +87,7 @@ impl Winograd {
         either!(self, plan => plan.unpack(du, dweight));
     }
 
-    /// `y` from a padded input and packed weights.
+    /// Computes `y` from a padded input and packed weights.
     pub fn forward(&self, padded: &[f32], u: &[f32], begin: Begin, y: &mut [f32], work: &mut [f32]) {
         either!(self, plan => plan.forward(padded, u, begin, y, work));
     }

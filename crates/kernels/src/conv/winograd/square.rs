@@ -36,7 +36,7 @@ impl Square {
         TILE * (self.grid.plane(self.channels) + self.grid.plane(self.filters))
     }
 
-    /// `u = G g Gᵀ` of weights (3 × 3 × channels × filters): element × channels × filters.
+    /// Computes `u = G g Gᵀ` of weights (3 × 3 × channels × filters): element × channels × filters.
     pub fn pack(&self, weight: &[f32], u: &mut [f32]) {
         pack(self.channels * self.filters, weight, u);
     }
@@ -70,13 +70,13 @@ impl Square {
         }
     }
 
-    /// Scratch for the transformed input and the transformed output of a block.
+    /// Splits `work` into scratch for the transformed input and for the transformed output of a block.
     fn split<'a>(&self, work: &'a mut [f32]) -> (&'a mut [f32], &'a mut [f32]) {
         at_least("scratch of a convolution", work.len(), self.work_len());
         work[..self.work_len()].split_at_mut(TILE * self.grid.plane(self.channels))
     }
 
-    /// `m = v · u` of one element of a block's tiles: tiles × channels by channels × filters.
+    /// Computes `m = v · u` of one element of a block's tiles: tiles × channels by channels × filters.
     fn products(&self, element: usize, count: usize, v: &[f32], u: &[f32], m: &mut [f32]) {
         let (channels, filters) = (self.channels, self.filters);
         let (v, m) = (self.plane(element, count, channels, v), self.plane_mut(element, count, filters, m));
@@ -107,7 +107,7 @@ impl Square {
         }
     }
 
-    /// `du += vᵀ · w` of one element: channels × tiles by tiles × filters.
+    /// Computes `du += vᵀ · w` of one element: channels × tiles by tiles × filters.
     fn weight_products(&self, element: usize, count: usize, v: &[f32], w: &[f32], du: &mut [f32]) {
         let (channels, filters) = (self.channels, self.filters);
         let (v, w) = (self.plane(element, count, channels, v), self.plane(element, count, filters, w));
@@ -138,7 +138,7 @@ impl Square {
         }
     }
 
-    /// One plane of a block: `count` tiles × `width`.
+    /// Returns one plane of a block: `count` tiles × `width`.
     fn plane<'a>(&self, element: usize, count: usize, width: usize, block: &'a [f32]) -> &'a [f32] {
         &block[element * self.grid.plane(width)..][..count * width]
     }

@@ -7,7 +7,7 @@ use crate::simd::{Simd, at_level};
 
 use super::grid::{TILE, TileGrid, TileRun};
 
-/// `Bᵀ d` of one column.
+/// Returns `Bᵀ d` of one column.
 ///
 /// # Safety
 /// The CPU has the features of `S`.
@@ -17,7 +17,7 @@ unsafe fn spread<S: Simd>(d: [S::V; 4]) -> [S::V; 4] {
     unsafe { [S::sub(d[0], d[2]), S::add(d[1], d[2]), S::sub(d[2], d[1]), S::sub(d[1], d[3])] }
 }
 
-/// `Aᵀ m` of one column.
+/// Returns `Aᵀ m` of one column.
 ///
 /// # Safety
 /// The CPU has the features of `S`.
@@ -28,12 +28,14 @@ unsafe fn gather<S: Simd>(m: [S::V; 4]) -> [S::V; 2] {
 }
 
 at_level! {
-    /// `v = Bᵀ d B` of a block of tiles, from the padded input `x`.
+    /// Computes `v = Bᵀ d B` of a block of tiles, from the padded input `x`.
     pub(crate) fn spread_input(
         grid: &TileGrid, width: usize, first: usize, count: usize, x: &[f32], v: &mut [f32],
     ) = spread_input_at
 }
 
+/// Computes [`spread_input`] with vectors of `S`.
+///
 /// # Safety
 /// The CPU has the features of `S`.
 #[inline(always)]
@@ -85,12 +87,14 @@ unsafe fn spread_input_at<S: Simd>(
 }
 
 at_level! {
-    /// `w = A dy Aᵀ` of a block of tiles; outputs beyond the edge count as zero.
+    /// Computes `w = A dy Aᵀ` of a block of tiles; outputs beyond the edge count as zero.
     pub(crate) fn spread_gradient(
         grid: &TileGrid, width: usize, first: usize, count: usize, dy: &[f32], to: &mut [f32],
     ) = spread_gradient_at
 }
 
+/// Computes [`spread_gradient`] with vectors of `S`.
+///
 /// # Safety
 /// The CPU has the features of `S`.
 #[inline(always)]
@@ -138,12 +142,14 @@ unsafe fn spread_gradient_at<S: Simd>(
 }
 
 at_level! {
-    /// `y = Aᵀ m A` of a block of tiles.
+    /// Computes `y = Aᵀ m A` of a block of tiles.
     pub(crate) fn gather_output(
         grid: &TileGrid, width: usize, first: usize, count: usize, m: &[f32], begin: Begin, y: &mut [f32],
     ) = gather_output_at
 }
 
+/// Computes [`gather_output`] with vectors of `S`.
+///
 /// # Safety
 /// The CPU has the features of `S`.
 #[allow(clippy::needless_range_loop)]
@@ -214,10 +220,12 @@ unsafe fn gather_output_at<S: Simd>(
 }
 
 at_level! {
-    /// `u = G g Gᵀ`: 3×3 blocks of `len` weights become 4×4.
+    /// Computes `u = G g Gᵀ`: 3×3 blocks of `len` weights become 4×4.
     pub(crate) fn pack(len: usize, weight: &[f32], u: &mut [f32]) = pack_at
 }
 
+/// Computes [`pack`] with vectors of `S`.
+///
 /// # Safety
 /// The CPU has the features of `S`.
 #[allow(clippy::needless_range_loop)]
@@ -254,10 +262,12 @@ unsafe fn pack_at<S: Simd>(len: usize, weight: &[f32], u: &mut [f32]) {
 }
 
 at_level! {
-    /// `dweight += Gᵀ du G`: the way back of [`pack`] for gradients.
+    /// Computes `dweight += Gᵀ du G`: the way back of [`pack`] for gradients.
     pub(crate) fn unpack(len: usize, du: &[f32], dweight: &mut [f32]) = unpack_at
 }
 
+/// Computes [`unpack`] with vectors of `S`.
+///
 /// # Safety
 /// The CPU has the features of `S`.
 #[allow(clippy::needless_range_loop)]

@@ -22,7 +22,7 @@ pub struct Add {
 }
 
 impl Add {
-    /// Both inputs with their scales.
+    /// Makes the sum of both inputs with their scales.
     pub fn new(
         inputs: [(ImagePlace, ByteScale); 2],
         (to, output): (ImagePlace, ByteOutput),
@@ -45,7 +45,7 @@ impl Add {
         }
     }
 
-    /// All values.
+    /// Computes all values.
     pub fn run(&self, a: &[u8], b: &[u8], mut y: Target) {
         run(self, a, b, &mut y);
     }
@@ -55,6 +55,8 @@ at_level! {
     fn run(sum: &Add, a: &[u8], b: &[u8], y: &mut Target) = run_at
 }
 
+/// Computes [`Add::run`] with vectors of `S`.
+///
 /// # Safety
 /// The CPU has the features of `S`.
 #[inline(always)]

@@ -17,7 +17,7 @@ impl Bytes {
     /// Bytes that a convolution may read behind the last value: it takes them by four. What they hold does not matter.
     pub const SPARE: usize = 3;
 
-    /// `len` times `value`.
+    /// Makes a buffer of `len` times `value`.
     pub fn filled(len: usize, value: u8) -> Self {
         if len == 0 {
             return Bytes::default();

@@ -77,12 +77,12 @@ struct Packing<'a> {
 }
 
 impl Conv {
-    /// A convolution along `route`, whose margins hold the input's zero.
+    /// Makes a convolution along `route`, whose margins hold the input's zero.
     pub fn new(window: &Window3, dilation: [usize; 3], groups: usize, sums: &Sums, route: Route) -> Self {
         Self::at(Width::widest(), window, dilation, groups, sums, route)
     }
 
-    /// The same in another width, which must be one of [`Width::all`].
+    /// Makes a convolution as [`Conv::new`] does, in another width, which must be one of [`Width::all`].
     pub fn at(
         width: Width,
         window: &Window3,
@@ -134,8 +134,8 @@ impl Conv {
         Conv { kernels, to, addend, output, ending, step, fours, lines, panels, weights, reach }
     }
 
-    /// `y = rectifier(conv(x) + bias + addend)`, in the output's scale. Up to [`Bytes::SPARE`] bytes are read behind the
-    /// last input.
+    /// Computes `y = rectifier(conv(x) + bias + addend)`, in the output's scale. Up to [`Bytes::SPARE`] bytes are
+    /// read behind the last input.
     pub fn run(&self, x: &[u8], addend: Option<&[u8]>, mut y: Target) {
         at_least("input of a frozen convolution", x.len(), self.reach);
         at_least("output of a frozen convolution", y.len(), self.to.end());
@@ -150,7 +150,7 @@ impl Conv {
         }
     }
 
-    /// The filters of one panel, at all positions.
+    /// Computes the filters of one panel, at all positions.
     ///
     /// # Safety
     /// `x` holds `reach` bytes, `y` the outputs up to the end of `to`, `addend`, where there is one, those up to its
@@ -190,7 +190,7 @@ impl Conv {
     }
 }
 
-/// Panels of all groups and their weights, one after the other: stretches × fours × vectors × lanes × 4.
+/// Packs the weights of all groups into panels, one after the other: stretches × fours × vectors × lanes × 4.
 fn pack(kernels: &Kernels, packing: &Packing, sums: &Sums) -> (Vec<BytePanel>, Bytes) {
     let &Packing { run, channels, filters, groups, volume, .. } = packing;
     let fours = run.div_ceil(4);

@@ -45,7 +45,7 @@ struct DepthwiseRow {
 }
 
 impl Depthwise {
-    /// A convolution along `route`, which adds nothing. No sum may reach [`EXACT`].
+    /// Makes a convolution along `route`, which adds nothing. No sum may reach [`EXACT`].
     pub fn new(window: &Window3, dilation: [usize; 3], sums: &Sums, route: Route) -> Self {
         let Route { from, to, addend, rectifier } = route;
         assert!(addend.is_none() && sums.addend.is_none(), "no addend is needed: {addend:?}");
@@ -86,7 +86,7 @@ impl Depthwise {
         }
     }
 
-    /// `y = rectifier(conv(x) + bias)`, in the output's scale.
+    /// Computes `y = rectifier(conv(x) + bias)`, in the output's scale.
     pub fn run(&self, x: &[u8], mut y: Target) {
         run(self, x, &mut y);
     }
@@ -118,6 +118,8 @@ at_level! {
     fn run(conv: &Depthwise, x: &[u8], y: &mut Target) = run_at
 }
 
+/// Computes [`Depthwise::run`] with vectors of `S`.
+///
 /// # Safety
 /// The CPU has the features of `S`.
 #[inline(always)]
@@ -153,7 +155,7 @@ unsafe fn run_at<S: Simd>(conv: &Depthwise, x: &[u8], y: &mut Target) {
     }
 }
 
-/// Lanes `c..c + n` of `B` outputs from `column` on. Gives `B`.
+/// Computes lanes `c..c + n` of `B` outputs from `column` on; returns `B`.
 ///
 /// # Safety
 /// The CPU has the features of `S`; `x` holds `reach` bytes, `y` the values up to the end of `to`; `c + n` is at most
@@ -185,8 +187,8 @@ unsafe fn block<S: Simd, const B: usize>(
     B
 }
 
-/// The same for three taps side by side: every input is read once for all outputs that it meets. `X` are the inputs of a
-/// row, `T` is the stride.
+/// Computes the same as [`block`] for three taps side by side: every input is read once for all outputs that it
+/// meets. `X` are the inputs of a row, `T` is the stride.
 ///
 /// # Safety
 /// As [`block`].
@@ -222,6 +224,8 @@ unsafe fn block_of_three<S: Simd, const B: usize, const X: usize, const T: usize
     B
 }
 
+/// Stores the sums of `B` outputs, times the factor of each channel.
+///
 /// # Safety
 /// As [`block`].
 #[inline(always)]

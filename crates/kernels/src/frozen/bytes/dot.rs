@@ -19,7 +19,7 @@ pub enum Width {
 }
 
 impl Width {
-    /// All that this CPU has, the widest last; `TAXEL_SIMD` may ask for narrower ones.
+    /// Returns all widths that this CPU has, the widest last; `TAXEL_SIMD` may ask for narrower ones.
     pub fn all() -> Vec<Width> {
         let mut all = vec![Width::Portable];
         #[cfg(target_arch = "x86_64")]
@@ -37,7 +37,7 @@ impl Width {
         all
     }
 
-    /// The widest of this CPU.
+    /// Returns the widest width of this CPU.
     pub fn widest() -> Width {
         Width::all().pop().unwrap_or(Width::Portable)
     }
@@ -55,14 +55,14 @@ pub(super) trait Dot: Simd {
     /// Four bytes, the same for all lanes.
     type Four: Copy;
 
-    /// Where weight `k` of `lane` lies among the 4 · LANES of all.
+    /// Returns where weight `k` of `lane` lies among the 4 · LANES of all.
     fn place(lane: usize, k: usize) -> usize;
     unsafe fn sums(from: *const i32) -> Self::Sums;
     unsafe fn weights(from: *const i8) -> Self::Weights;
     unsafe fn four(from: *const u8) -> Self::Four;
-    /// `sums + four · weights` per lane.
+    /// Returns `sums + four · weights` per lane.
     unsafe fn dot(sums: Self::Sums, four: Self::Four, weights: Self::Weights) -> Self::Sums;
-    /// The nearest floats.
+    /// Returns the nearest floats.
     unsafe fn floats(sums: Self::Sums) -> Self::V;
 }
 

@@ -45,7 +45,8 @@ pub struct Map {
 }
 
 impl Map {
-    /// From values written in `input` (floats: none) to `output`; `affine` is scale and shift per channel.
+    /// Makes the map from values written in `input` (floats: none) to `output`; `affine` is scale and shift per
+    /// channel.
     pub fn new(
         (from, input): (ImagePlace, Option<ByteScale>),
         (to, output): (ImagePlace, ByteOutput),
@@ -72,7 +73,7 @@ impl Map {
         Map { from, to, reads_bytes: input.is_some(), output, ending, factors, shifts, is_copy }
     }
 
-    /// All values.
+    /// Computes all values.
     pub fn run(&self, x: SourceValues, mut y: Target) {
         at_least("values to be moved", x.len(), self.from.end());
         at_least("room for values", y.len(), self.to.end());
@@ -120,6 +121,8 @@ at_level! {
     ) = run_at
 }
 
+/// Computes `count` columns by the channels' factors and shifts, with vectors of `S`.
+///
 /// # Safety
 /// The CPU has the features of `S`.
 #[inline(always)]
@@ -151,6 +154,8 @@ unsafe fn run_at<S: Simd>(
     }
 }
 
+/// Loads lanes `at..at + n` of `x`, bytes as numbers; the other lanes are zero.
+///
 /// # Safety
 /// The CPU has the features of `S`, and `x` holds `at + n` values.
 #[inline(always)]

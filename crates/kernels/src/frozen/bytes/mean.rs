@@ -25,7 +25,7 @@ pub struct Mean {
 }
 
 impl Mean {
-    /// The means of what lies at `from` into `to`; `axes` hold a reach per output, over depth, rows, columns.
+    /// Makes the means of what lies at `from` into `to`; `axes` hold a reach per output, over depth, rows, columns.
     pub fn new(
         axes: [Vec<Reach>; 3],
         (from, scale): (ImagePlace, ByteScale),
@@ -43,7 +43,7 @@ impl Mean {
         Mean { from, to, axes, output, ending, factor, zero }
     }
 
-    /// Every output from its window.
+    /// Computes every output from its window.
     pub fn run(&self, x: &[u8], mut y: Target) {
         run(self, x, &mut y);
     }
@@ -53,6 +53,8 @@ at_level! {
     fn run(mean: &Mean, x: &[u8], y: &mut Target) = run_at
 }
 
+/// Computes [`Mean::run`] with vectors of `S`.
+///
 /// # Safety
 /// The CPU has the features of `S`.
 #[inline(always)]

@@ -35,7 +35,7 @@ pub struct ByteScale {
 }
 
 impl ByteScale {
-    /// The finest scale that reaches from `low` to `high`, and has 0.
+    /// Returns the finest scale that reaches from `low` to `high`, and has 0.
     pub fn over(low: f32, high: f32) -> Self {
         let (low, high) = (low.min(0.0), high.max(0.0));
         let step = (high - low) / 255.0;

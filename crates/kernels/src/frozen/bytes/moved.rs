@@ -3,7 +3,8 @@
 use crate::frozen::place::ImagePlace;
 use crate::frozen::pool::Reach;
 
-/// The largest byte of every window; `axes` hold a reach per output, over depth, rows, columns, which has an input.
+/// Writes the largest byte of every window; `axes` hold a reach per output, over depth, rows, columns, which has an
+/// input.
 pub fn max(
     [depths, rows, columns]: &[Vec<Reach>; 3],
     from: &ImagePlace,
@@ -30,7 +31,7 @@ pub fn max(
     }
 }
 
-/// Channel shuffle of so many groups.
+/// Shuffles the channels of so many groups.
 pub fn shuffle(groups: usize, from: &ImagePlace, x: &[u8], to: &ImagePlace, y: &mut [u8]) {
     let (channels, each) = (to.channels, to.channels / groups);
     for (from_row, to_row) in from.rows().zip(to.rows()) {

@@ -30,7 +30,7 @@ pub(super) struct Ending {
 }
 
 impl ByteOutput {
-    /// Steps of the output in one unit.
+    /// Returns the number of steps of the output in one unit.
     pub(super) fn steps(&self) -> f64 {
         match self {
             ByteOutput::Bytes(scale) => 1.0 / f64::from(scale.step),
@@ -53,7 +53,7 @@ impl ByteOutput {
 }
 
 impl Target<'_> {
-    /// Values that there is room for.
+    /// Returns the number of values that there is room for.
     pub(super) fn len(&self) -> usize {
         match self {
             Target::Bytes(y) => y.len(),
@@ -61,7 +61,7 @@ impl Target<'_> {
         }
     }
 
-    /// Whether this is memory for `output`.
+    /// Checks whether this is memory for `output`.
     pub(super) fn fits(&self, output: ByteOutput) -> bool {
         matches!(
             (self, output),
@@ -69,7 +69,7 @@ impl Target<'_> {
         )
     }
 
-    /// Where the outputs from `at` on go; panics beyond the end.
+    /// Returns where the outputs from `at` on go; panics beyond the end.
     pub(super) fn at(&mut self, at: usize) -> Pointer {
         match self {
             Target::Bytes(y) => Pointer::Bytes(y[at..].as_mut_ptr()),

@@ -28,6 +28,8 @@ pub(super) struct Tile<'a> {
     pub last: usize,
 }
 
+/// Computes a block of outputs, `M` rows of `N` vectors.
+///
 /// # Safety
 /// The CPU has the features of `S`; all addresses that the strides of `t` form for `M` rows and `N` vectors (of bytes
 /// and outputs the last has `t.last` lanes) are valid, and `c` overlaps nothing that is read.
@@ -167,7 +169,8 @@ impl Kernels {
         }
     }
 
-    /// Vectors of the next kernel, where `lanes` outputs are left and rows of outputs are `columns` long.
+    /// Returns the number of vectors of the next kernel, where `lanes` outputs are left and rows of outputs are
+    /// `columns` long.
     pub fn vectors(&self, lanes: usize, columns: usize) -> usize {
         let most = if columns <= self.rows(4) { 4 } else { 2 };
         [4, 2, 1].into_iter().find(|&v| v <= most && v <= lanes.div_ceil(self.lanes)).unwrap_or(1)
@@ -177,7 +180,7 @@ impl Kernels {
         vectors.trailing_zeros() as usize
     }
 
-    /// The most rows of a block of 1, 2 or 4 vectors.
+    /// Returns the most rows of a block of 1, 2 or 4 vectors.
     pub fn rows(&self, vectors: usize) -> usize {
         self.table[Self::column(vectors)].len()
     }

@@ -8,7 +8,7 @@ use super::{Solid, Variants};
 
 pub(super) const VARIANTS: Variants = [sparrow, gull, heron, duck, penguin];
 
-/// Neck, head and beak; the head's middle is given.
+/// Adds neck, head and beak; the head's middle is given.
 fn head(solid: Solid, from: [f64; 3], at: [f64; 3], radius: f64, beak: [f64; 2]) -> Solid {
     let [x, _, z] = at;
     let front = x + 0.7 * radius;

@@ -8,7 +8,7 @@ use super::{Solid, Variants};
 
 pub(super) const VARIANTS: Variants = [slats, armchair, office, rocking, bar];
 
-/// Four legs under a seat of half-widths `half` at `seat`, splayed outward by `splay`.
+/// Adds four legs under a seat of half-widths `half` at `seat`, splayed outward by `splay`.
 fn legs(solid: Solid, half: [f64; 2], seat: f64, floor: f64, thick: f64, splay: f64) -> Solid {
     let leg = |solid: Solid, x: f64| {
         let foot = [x * (1.0 + splay), half[1] * (1.0 + splay), floor];

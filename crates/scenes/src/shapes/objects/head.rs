@@ -8,7 +8,7 @@ use super::{Solid, Variants};
 
 pub(super) const VARIANTS: Variants = [bald, bob, bearded, bun, capped];
 
-/// A face: half-width, length below the eyes, nose length, ear size, and neck radius.
+/// Makes a face of half-width, length below the eyes, nose length, ear size, and neck radius.
 fn face(wide: f64, long: f64, nose: f64, ear: f64, neck: f64) -> Solid {
     let (chin, mouth) = (-0.12 - long, -0.06 - 0.62 * long);
     Solid::new(0.05)

@@ -8,7 +8,7 @@ use super::{Solid, Variants};
 
 pub(super) const VARIANTS: Variants = [airliner, fighter, glider, light, biplane];
 
-/// A wing from root to tip with its half-depths; flat along z, or along y for fins.
+/// Adds a wing from root to tip with its half-depths, flat along z; a `fin` is flat along y.
 fn wing(solid: Solid, root: [f64; 3], tip: [f64; 3], depths: [f64; 2]) -> Solid {
     solid.flat(root, tip, depths, [1.0, 1.0, 0.14])
 }

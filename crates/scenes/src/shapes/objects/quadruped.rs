@@ -8,7 +8,7 @@ use super::{Solid, Variants};
 
 pub(super) const VARIANTS: Variants = [dog, horse, elephant, giraffe, pig];
 
-/// A trunk on four legs: half-length, radius at chest and rump, leg length and thickness.
+/// Makes a trunk on four legs of half-length, radius at chest and rump, leg length and thickness.
 fn body(half: f64, chest: f64, rump: f64, leg: f64, thick: f64) -> Solid {
     let y = 0.55 * chest;
     let foot = -leg;
