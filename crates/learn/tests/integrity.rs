@@ -58,7 +58,8 @@ fn a_run_goes_on_with_its_own_data_only() {
 fn a_run_goes_on_with_its_own_facts_only() {
     let dataset = presses(45, 20);
     let (_keep, folder) = run(small(&dataset));
-    let changes: [(&str, &dyn Fn(&mut Dataset)); 6] = [
+    type Change<'c> = (&'c str, &'c dyn Fn(&mut Dataset));
+    let changes: [Change; 6] = [
         ("full_scale was ", &|data| data.spec.full_scale = Some(4096.0)),
         ("unit was not known, is now \"V\"", &|data| data.spec.unit = Some("V".into())),
         ("rate was ", &|data| data.spec.rate = Some(17.0)),

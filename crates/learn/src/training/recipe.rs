@@ -103,7 +103,7 @@ impl Criterion {
     pub(crate) fn check(&self, key: &str) -> Check {
         let Criterion::Metric(name) = self else { return Ok(()) };
         let known = || [LOSS].into_iter().chain(metric_names());
-        require(known().any(|metric| metric == name), key, format!("{name:?}"), &hint(name, known()))
+        require(known().any(|metric| metric == name), key, format!("{name:?}"), hint(name, known()))
     }
 
     /// Checks whether a validation's (loss, value of `metric`) are better than another's.
