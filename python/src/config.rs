@@ -24,7 +24,8 @@ pub fn experiment(config: &str, place: &str) -> PyResult<Experiment> {
     parsed(config, place)
 }
 
-/// As [`experiment`]; the encoding is that of [`Encoding::of`] for these samples, except for the keys that the config has.
+/// Makes one as [`experiment`] does; the encoding is that of [`Encoding::of`] for these samples, except for keys that the
+/// config has.
 ///
 /// # Errors
 /// As [`experiment`], and a file that is to hold a network and does not.

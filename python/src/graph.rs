@@ -36,7 +36,7 @@ impl Graph {
 
 #[pymethods]
 impl Graph {
-    /// A network of the zoo.
+    /// Makes a network of the zoo.
     #[staticmethod]
     fn zoo(py: Python<'_>, name: &str, settings: &str) -> PyResult<Self> {
         short(py, || {
@@ -47,7 +47,7 @@ impl Graph {
         })
     }
 
-    /// A network from an `.onnx`, or from a `.safetensors` with a network or model in it.
+    /// Reads a network from an `.onnx`, or from a `.safetensors` with a network or model in it.
     #[staticmethod]
     fn open(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
         short(py, || {
@@ -56,7 +56,7 @@ impl Graph {
         })
     }
 
-    /// A network from the bytes of an ONNX model.
+    /// Reads a network from the bytes of an ONNX model.
     #[staticmethod]
     fn from_onnx(py: Python<'_>, bytes: Vec<u8>, name: &str) -> PyResult<Self> {
         short(py, || {
@@ -75,7 +75,7 @@ impl Graph {
         })
     }
 
-    /// Network and weights as the bytes of a `.safetensors`.
+    /// Returns network and weights as the bytes of a `.safetensors`.
     fn to_bytes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         let bytes = short(py, || network_to_bytes(&self.inner, &self.weighted()).map_err(refused))?;
         Ok(PyBytes::new(py, &bytes))
@@ -89,25 +89,25 @@ impl Graph {
         })
     }
 
-    /// Whether it has weights of its own.
+    /// Checks whether it has weights of its own.
     #[getter]
     fn has_weights(&self) -> bool {
         self.weights.is_some()
     }
 
-    /// Its name.
+    /// Returns its name.
     #[getter]
     fn name(&self) -> &str {
         self.inner.name()
     }
 
-    /// Names and shapes of the inputs, batch axis left out.
+    /// Returns names and shapes of the inputs, batch axis left out.
     #[getter]
     fn inputs(&self) -> Vec<(String, Vec<usize>)> {
         self.inner.inputs().map(|node| (node.name.clone(), node.shape.clone())).collect()
     }
 
-    /// Names and shapes of the outputs.
+    /// Returns names and shapes of the outputs.
     #[getter]
     fn outputs(&self) -> Vec<(String, Vec<usize>)> {
         let shape = |id: usize| self.inner.nodes()[id].shape.clone();
@@ -131,7 +131,7 @@ impl Graph {
     }
 }
 
-/// Every network of the zoo, as JSON.
+/// Lists every network of the zoo, as JSON.
 #[pyfunction]
 pub fn zoo(py: Python<'_>) -> PyResult<String> {
     short(py, || Ok(listing(&Registry::built_in()).map_err(raised)?.to_string()))
@@ -178,7 +178,7 @@ impl Builder {
         Builder { inner: taxel::Network::new(name), id: NEXT.fetch_add(1, Ordering::Relaxed) }
     }
 
-    /// An input of `shape`, batch axis left out.
+    /// Adds an input of `shape`, batch axis left out.
     fn input(&self, name: &str, shape: Vec<usize>) -> PyResult<Flow> {
         self.step(self.inner.input(name, &shape))
     }
@@ -201,7 +201,7 @@ impl Builder {
 }
 
 impl Builder {
-    /// The step, or why it does not fit.
+    /// Returns the step, or why it does not fit.
     fn step(&self, flow: taxel::Flow) -> PyResult<Flow> {
         self.inner.check().map_err(raised)?;
         Ok(Flow { net: self.inner.clone(), id: self.id, inner: flow })
@@ -234,7 +234,7 @@ impl Flow {
     }
 }
 
-/// A convolution without groups, with bias.
+/// Returns a convolution without groups, with bias.
 fn convolution(
     filters: usize,
     kernel: AxisSizes,
@@ -281,7 +281,7 @@ fn window(
 
 #[pymethods]
 impl Flow {
-    /// Shape without the batch axis.
+    /// Returns the shape without the batch axis.
     #[getter]
     fn shape(&self) -> Vec<usize> {
         self.inner.shape()
@@ -292,8 +292,8 @@ impl Flow {
         Flow { net: self.net.clone(), id: self.id, inner: self.inner.clone().within(prefix) }
     }
 
-    /// Convolution `name` with so many `filters`; sizes are one number, or one per axis. `padding` is "same", or zeros on
-    /// both sides.
+    /// Adds convolution `name` with so many `filters`; sizes are one number, or one per axis. `padding` is "same", or zeros
+    /// on both sides.
     #[pyo3(signature = (name, filters, kernel, *, stride=None, padding=None, dilation=None, groups=1, bias=true))]
     #[expect(clippy::too_many_arguments, reason = "as many as PyTorch's")]
     fn conv(
@@ -312,7 +312,7 @@ impl Flow {
         self.step(self.inner.conv(name, conv))
     }
 
-    /// Convolution `prefix.conv`, batch norm `prefix.bn`, ReLU.
+    /// Adds convolution `prefix.conv`, batch norm `prefix.bn`, ReLU.
     #[pyo3(signature = (prefix, filters, kernel, *, stride=None, padding=None, dilation=None))]
     fn conv_bn_relu(
         &self,
@@ -327,7 +327,7 @@ impl Flow {
         self.step(self.inner.conv_bn_relu(prefix, conv))
     }
 
-    /// Fully connected layer `name`.
+    /// Adds fully connected layer `name`.
     #[pyo3(signature = (name, outputs, *, bias=true))]
     fn linear(&self, name: &str, outputs: usize, bias: bool) -> PyResult<Flow> {
         let flow =
@@ -335,34 +335,34 @@ impl Flow {
         self.step(flow)
     }
 
-    /// Batch normalisation `name`.
+    /// Adds batch normalisation `name`.
     fn batch_norm(&self, name: &str) -> PyResult<Flow> {
         self.step(self.inner.batch_norm(name))
     }
 
-    /// Rectified linear unit.
+    /// Adds a rectified linear unit.
     fn relu(&self) -> PyResult<Flow> {
         self.step(self.inner.relu())
     }
 
-    /// A function of each value, by name: `relu6`, `sigmoid`, `tanh`, `hard_swish`.
+    /// Applies a function of each value, by name: `relu6`, `sigmoid`, `tanh`, `hard_swish`.
     fn activation(&self, name: &str) -> PyResult<Flow> {
         let quoted = serde_json::Value::String(name.into());
         let function = serde_json::from_value(quoted).map_err(|e| refused(format!("activation: {e}")))?;
         self.step(self.inner.activation(function))
     }
 
-    /// Dropout of that share of the values, in training.
+    /// Adds dropout of that share of the values, in training.
     fn dropout(&self, probability: f32) -> PyResult<Flow> {
         self.step(self.inner.dropout(probability))
     }
 
-    /// LSTM layer `name`: channels × length to `hidden` features after the last step.
+    /// Adds LSTM layer `name`: channels × length to `hidden` features after the last step.
     fn lstm(&self, name: &str, hidden: usize) -> PyResult<Flow> {
         self.step(self.inner.lstm(name, hidden))
     }
 
-    /// Maximum over windows; the stride is the kernel's size where nobody says it.
+    /// Takes the maximum over windows; the stride is the kernel's size where nobody says it.
     #[pyo3(signature = (kernel, *, stride=None, padding=None, round_up=false))]
     fn max_pool(
         &self,
@@ -374,7 +374,7 @@ impl Flow {
         self.step(self.inner.max_pool(window(kernel, stride, padding, round_up)?))
     }
 
-    /// Mean over windows, as `max_pool`.
+    /// Takes the mean over windows, as `max_pool`.
     #[pyo3(signature = (kernel, *, stride=None, padding=None, round_up=false, count_padding=true))]
     fn average_pool(
         &self,
@@ -388,12 +388,12 @@ impl Flow {
         self.step(self.inner.average_pool(if count_padding { pool } else { pool.ignore_padding() }))
     }
 
-    /// Mean over all axes but channels.
+    /// Takes the mean over all axes but channels.
     fn global_average_pool(&self) -> PyResult<Flow> {
         self.step(self.inner.global_average_pool())
     }
 
-    /// All axes to features, channels first.
+    /// Turns all axes to features, channels first.
     fn flatten(&self) -> PyResult<Flow> {
         self.step(self.inner.flatten())
     }
@@ -403,13 +403,13 @@ impl Flow {
         self.step(self.inner.channel_shuffle(groups))
     }
 
-    /// Sum with another flow of the same shape: a residual connection.
+    /// Adds another flow of the same shape: a residual connection.
     fn add(&self, other: PyRef<'_, Flow>) -> PyResult<Flow> {
         self.builder().refuse_other(&other)?;
         self.step(self.inner.add(&other.inner))
     }
 
-    /// Joined with another flow along channels: a dense connection.
+    /// Joins it with another flow along channels: a dense connection.
     fn concat(&self, other: PyRef<'_, Flow>) -> PyResult<Flow> {
         self.builder().refuse_other(&other)?;
         self.step(self.inner.concat(&other.inner))

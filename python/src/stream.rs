@@ -79,7 +79,7 @@ impl Stream {
         self.decider.lock().unwrap_or_else(PoisonError::into_inner).begin();
     }
 
-    /// Values of one reading, readings of a window, readings from one window to the next.
+    /// Returns the values of one reading, readings of a window, readings from one window to the next.
     #[getter]
     fn sizes(&self) -> (usize, usize, usize) {
         let decider = self.decider.lock().unwrap_or_else(PoisonError::into_inner);
