@@ -100,6 +100,7 @@ fn docs_of_functions_begin_with_a_verb() {
             let item =
                 ["const ", "unsafe "].iter().fold(item, |item, word| item.strip_prefix(word).unwrap_or(item));
             let first = lines[at].trim_start_matches('/').split_whitespace().next().unwrap_or_default();
+            let first = first.trim_end_matches(',');
             let is_verb = first.len() > 2
                 && first.ends_with('s')
                 && first.chars().all(|c| c.is_ascii_alphabetic())
