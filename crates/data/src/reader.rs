@@ -185,13 +185,16 @@ pub(crate) struct Sample {
 }
 
 impl Sample {
-    /// Brings the channels into the order of the `wanted` names. A sample without names keeps its order.
+    /// Brings the channels into the order of the `wanted` names. A sample without names keeps its order, and so does one of
+    /// more or fewer channels, which its shape tells.
     pub fn arrange(&mut self, wanted: &[String]) -> Result<(), String> {
+        if self.channel_names.len() != wanted.len() {
+            return Ok(());
+        }
         let Some(places) = places(wanted, &self.channel_names)? else { return Ok(()) };
         let each = self.values.len() / self.channel_names.len();
         self.values =
             places.iter().flat_map(|at| &self.values[at * each..(at + 1) * each]).copied().collect();
-        self.shape[0] = places.len();
         self.channel_names = wanted.to_vec();
         Ok(())
     }

@@ -357,3 +357,22 @@ fn the_card_of_a_folder_names_files() {
     assert_eq!(card.constant_samples, [1, 4]);
     assert!(card.warnings[0].contains("apple/b.csv (apple) = pear/z.csv (pear)"), "{:?}", card.warnings);
 }
+
+#[test]
+fn columns_are_matched_by_their_header() {
+    let folder = tempdir().unwrap();
+    let root = folder.path();
+    files(root, &[("a/0.csv", "thumb,index\n1,10\n2,20\n"), ("b/0.csv", "index,thumb\n30,3\n40,4\n")]);
+    let data = load(root, &ReadOptions::default()).unwrap();
+    assert_eq!(data.spec.channel_names, ["thumb", "index"]);
+    assert_eq!(data.x.as_slice().unwrap(), [1., 2., 10., 20., 3., 4., 30., 40.]);
+    // A column more is no column less: nothing is left out unseen.
+    for (header, row) in [("index,thumb,wrist", "30,3,7"), ("thumb", "3")] {
+        files(root, &[("b/0.csv", &format!("{header}\n{row}\n{row}\n"))]);
+        let message = refused_with(root, &ReadOptions::default());
+        assert!(message.starts_with("b/0.csv: ") && message.contains("a/0.csv"), "{message}");
+    }
+    files(root, &[("b/0.csv", "index,wrist\n30,3\n40,4\n")]);
+    let message = refused_with(root, &ReadOptions::default());
+    assert!(message.starts_with("b/0.csv: has no channel \"thumb\"; it has index, wrist"), "{message}");
+}
