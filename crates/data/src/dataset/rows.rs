@@ -49,6 +49,11 @@ impl RecordingRows {
         units(&self.hashes)
     }
 
+    /// Returns the hash of each sample's recording.
+    pub fn hashes(self) -> Vec<RowHash> {
+        self.hashes
+    }
+
     /// Lists the origin of each sample: `take1.csv`, or as a window `take1.csv[300..]`.
     pub fn origins(&self, raw: &Raw) -> Vec<String> {
         let origin = |(i, row): (usize, &usize)| match &self.starts {
