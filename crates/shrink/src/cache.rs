@@ -159,8 +159,8 @@ impl<'a> Cache<'a> {
         let text = &self.ready(request)?.text;
         let Fold { train, test, validation } = request.fold;
         let parts = serde_json::json!({
-            "config": text, "name": request.name, "data": data, "facts": self.dataset.facts(), "place": request.place,
-            "rows": [train, test, validation], "teacher": request.teacher.map(Teacher::digest),
+            "config": text, "name": request.name, "data": data, "facts": self.dataset.facts(),
+            "place": request.place, "rows": [train, test, validation], "teacher": request.teacher.map(Teacher::digest),
             "taxel": env!("CARGO_PKG_VERSION"),
         });
         Ok(blake3::hash(parts.to_string().as_bytes()).to_hex().to_string())

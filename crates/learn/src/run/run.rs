@@ -68,9 +68,8 @@ impl<'a> ActiveRun<'a> {
         let Some(folder) = self.folder.clone() else { return Ok(()) };
         let dataset = self.plan.dataset;
         let threads = self.options.threads();
-        let facts = dataset.facts();
         let now = Environment::now(threads, self.plan.seed, &dataset.source, &dataset.digest);
-        let now = Environment { facts: Some(facts), ..now };
+        let now = Environment { facts: Some(dataset.facts()), ..now };
         let environment: Option<Environment> = folder.read(ENVIRONMENT)?;
         if let Some(before) = &environment {
             let then = before.facts.as_ref().map(Facts::digest);

@@ -94,7 +94,8 @@ impl Training<'_> {
         let mut settings = serde_json::json!({
             "graph": graph, "recipe": recipe, "search": search, "start": start.as_deref().map(digest),
             "part": [seed, repetition as u64, fold as u64], "inputs": transforms,
-            "data": self.set.dataset.digest, "facts": self.set.dataset.facts(), "rows": [&self.set.fold.train, &self.set.fold.validation],
+            "data": self.set.dataset.digest, "facts": self.set.dataset.facts(),
+            "rows": [&self.set.fold.train, &self.set.fold.validation],
         });
         // Its session has the tensors behind the frozen part alone.
         if let Some(halves) = halves(graph, recipe, self.set.dataset.len()) {

@@ -1,5 +1,6 @@
 //! Finds the roles of the columns of a table, by options and header.
 
+use crate::dataset::channel_names::listed;
 use crate::formats::table::options::{Clock, TableForm, TableOptions};
 use crate::options::ReadOptions;
 use crate::{Error, Result};
@@ -8,9 +9,6 @@ use crate::{Error, Result};
 const RECORDING: [&str; 3] = ["recording", "series", "sequence"];
 /// Names of the column of labels; the first that is there counts. `y` is one too, but not beside `x`: then it is an axis.
 const LABEL: [&str; 3] = ["label", "class", "target"];
-
-/// Columns that a message lists.
-const NAMES: usize = 16;
 
 /// The columns of a table by their role, as positions.
 pub(crate) struct TableColumns {
@@ -137,10 +135,7 @@ impl Header<'_> {
     }
 
     fn missing(&self, name: &str, option: &'static str) -> Error {
-        let held = match self.names.len().saturating_sub(NAMES) {
-            0 => self.names.join(", "),
-            more => format!("{} and {more} more", self.names[..NAMES].join(", ")),
-        };
+        let held = listed(self.names);
         self.refuse(format!("has no column {name:?}; name one with {option}. It has {held}"))
     }
 
