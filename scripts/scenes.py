@@ -90,7 +90,7 @@ def grasps_of(rows: list, title: str, path: Path) -> None:
 def pictures() -> None:
     arrays, names = simulate("fingertip", 60)
     rows = [(name, arrays["x"][arrays["y"] == c][:5] / 1023) for c, name in enumerate(names)]
-    grasps_of(rows, "simulated: fingertip (paper 000)", OUT / "fingertip.png")
+    grasps_of(rows, "simulated: fingertip (Kaewrakmuk and Srinonchat 2026)", OUT / "fingertip.png")
     if DATA:
         recorded, names = real("fsr-glove28")
         shown = [3, 9, 15, 21]
@@ -100,11 +100,11 @@ def pictures() -> None:
     shown = [1, 2, 4, 5, 8, 12, 13, 14, 15, 17, 20, 22]
     at = [0, 6, 13, 19, 25, 38]
     rows = [(names[i], arrays["x"][i][at]) for i in shown]
-    frames_of(rows, "simulated: palpation (paper 003)", OUT / "palpation-003.png", [f"frame {t}" for t in at])
+    frames_of(rows, "simulated: palpation (Pastor et al. 2019)", OUT / "palpation-003.png", [f"frame {t}" for t in at])
     arrays, names = simulate("palpation", 9, "--set", "paper=002")
     at = [0, 1, 2, 3, 4, 7]
     rows = [(names[i], arrays["x"][i][at]) for i in range(9)]
-    frames_of(rows, "simulated: palpation (paper 002)", OUT / "palpation-002.png", [f"frame {t}" for t in at])
+    frames_of(rows, "simulated: palpation (Gandarias et al. 2019b)", OUT / "palpation-002.png", [f"frame {t}" for t in at])
     if DATA:
         recorded, names = real("tekscan3d-fixtures24")
         at = [0, 4, 8, 12, 16, 20]
@@ -128,7 +128,7 @@ def pictures() -> None:
         axis.set_title(title, fontsize=7)
     for axis in axes.ravel():
         axis.tick_params(labelsize=6)
-    figure.suptitle("simulated: gripper (paper 004); elasticity, hardness", fontsize=8)
+    figure.suptitle("simulated: gripper (Zhang et al. 2022); elasticity, hardness", fontsize=8)
     figure.tight_layout()
     save(figure, OUT / "gripper.png")
     plt.close(figure)

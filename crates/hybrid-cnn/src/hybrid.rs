@@ -19,7 +19,7 @@ const INPUTS: [InputKeys; 2] =
 pub(crate) const HYBRID_VGG: Listing<HybridConfig> = Listing {
     name: HybridConfig::VGG.branches.name,
     family: crate::FAMILY,
-    paper: "000, section 3.2",
+    paper: "Kaewrakmuk and Srinonchat 2026, section 3.2",
     config: HybridConfig::VGG,
     inputs: &INPUTS,
     counts: NetworkCounts { parameters: 139_587, statistics: 960, macs: 19_993_184 },
@@ -29,7 +29,7 @@ pub(crate) const HYBRID_VGG: Listing<HybridConfig> = Listing {
 pub(crate) const HYBRID_RESNET: Listing<HybridConfig> = Listing {
     name: HybridConfig::RESNET.branches.name,
     family: crate::FAMILY,
-    paper: "000, section 3.2",
+    paper: "Kaewrakmuk and Srinonchat 2026, section 3.2",
     config: HybridConfig::RESNET,
     inputs: &INPUTS,
     counts: NetworkCounts { parameters: 55_203, statistics: 832, macs: 11_624_768 },
@@ -39,7 +39,7 @@ pub(crate) const HYBRID_RESNET: Listing<HybridConfig> = Listing {
 pub(crate) const HYBRID_DENSENET: Listing<HybridConfig> = Listing {
     name: HybridConfig::DENSENET.branches.name,
     family: crate::FAMILY,
-    paper: "000, section 3.2",
+    paper: "Kaewrakmuk and Srinonchat 2026, section 3.2",
     config: HybridConfig::DENSENET,
     inputs: &INPUTS,
     counts: NetworkCounts { parameters: 38_435, statistics: 960, macs: 11_210_608 },
@@ -49,7 +49,7 @@ pub(crate) const HYBRID_DENSENET: Listing<HybridConfig> = Listing {
 pub(crate) const HYBRID_RESVGG: Listing<HybridConfig> = Listing {
     name: HybridConfig::RESVGG.branches.name,
     family: crate::FAMILY,
-    paper: "000, section 3.2",
+    paper: "Kaewrakmuk and Srinonchat 2026, section 3.2",
     config: HybridConfig::RESVGG,
     inputs: &INPUTS,
     counts: NetworkCounts { parameters: 116_547, statistics: 896, macs: 19_744_624 },
@@ -59,7 +59,7 @@ pub(crate) const HYBRID_RESVGG: Listing<HybridConfig> = Listing {
 pub(crate) const HYBRID_RESVGG_NOFC: Listing<HybridConfig> = Listing {
     name: HybridConfig::RESVGG_NOFC.branches.name,
     family: crate::FAMILY,
-    paper: "000, Table 4",
+    paper: "Kaewrakmuk and Srinonchat 2026, Table 4",
     config: HybridConfig::RESVGG_NOFC,
     inputs: &INPUTS,
     counts: NetworkCounts { parameters: 112_035, statistics: 896, macs: 19_740_160 },

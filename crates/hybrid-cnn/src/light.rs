@@ -14,7 +14,7 @@ use crate::{Body, densenet6_lite, resnet8_lite, vgg6_lite};
 pub(crate) const VGG6_1D: Listing<Light1dConfig> = Listing {
     name: "vgg6-lite-1d",
     family: crate::FAMILY,
-    paper: "000, section 3.1.1",
+    paper: "Kaewrakmuk and Srinonchat 2026, section 3.1.1",
     config: Light1dConfig::of(Body::Vgg6),
     inputs: &[InputKeys::SIGNAL],
     counts: NetworkCounts { parameters: 33_411, statistics: 480, macs: 449_952 },
@@ -24,7 +24,7 @@ pub(crate) const VGG6_1D: Listing<Light1dConfig> = Listing {
 pub(crate) const VGG6_2D: Listing<Light2dConfig> = Listing {
     name: "vgg6-lite-2d",
     family: crate::FAMILY,
-    paper: "000, section 3.1.1",
+    paper: "Kaewrakmuk and Srinonchat 2026, section 3.1.1",
     config: Light2dConfig::of(Body::Vgg6),
     inputs: &[InputKeys::IMAGE],
     counts: NetworkCounts { parameters: 98_115, statistics: 480, macs: 19_535_232 },
@@ -34,7 +34,7 @@ pub(crate) const VGG6_2D: Listing<Light2dConfig> = Listing {
 pub(crate) const RESNET8_1D: Listing<Light1dConfig> = Listing {
     name: "resnet8-lite-1d",
     family: crate::FAMILY,
-    paper: "000, section 3.1.2",
+    paper: "Kaewrakmuk and Srinonchat 2026, section 3.1.2",
     config: Light1dConfig::of(Body::ResNet8),
     inputs: &[InputKeys::SIGNAL],
     counts: NetworkCounts { parameters: 13_923, statistics: 416, macs: 204_928 },
@@ -44,7 +44,7 @@ pub(crate) const RESNET8_1D: Listing<Light1dConfig> = Listing {
 pub(crate) const RESNET8_2D: Listing<Light2dConfig> = Listing {
     name: "resnet8-lite-2d",
     family: crate::FAMILY,
-    paper: "000, section 3.1.2",
+    paper: "Kaewrakmuk and Srinonchat 2026, section 3.1.2",
     config: Light2dConfig::of(Body::ResNet8),
     inputs: &[InputKeys::IMAGE],
     counts: NetworkCounts { parameters: 39_299, statistics: 416, macs: 11_417_888 },
@@ -54,7 +54,7 @@ pub(crate) const RESNET8_2D: Listing<Light2dConfig> = Listing {
 pub(crate) const DENSENET6_1D: Listing<Light1dConfig> = Listing {
     name: "densenet6-lite-1d",
     family: crate::FAMILY,
-    paper: "000, section 3.1.3",
+    paper: "Kaewrakmuk and Srinonchat 2026, section 3.1.3",
     config: Light1dConfig::of(Body::DenseNet6),
     inputs: &[InputKeys::SIGNAL],
     counts: NetworkCounts { parameters: 10_419, statistics: 480, macs: 183_984 },
@@ -64,7 +64,7 @@ pub(crate) const DENSENET6_1D: Listing<Light1dConfig> = Listing {
 pub(crate) const DENSENET6_2D: Listing<Light2dConfig> = Listing {
     name: "densenet6-lite-2d",
     family: crate::FAMILY,
-    paper: "000, section 3.1.3",
+    paper: "Kaewrakmuk and Srinonchat 2026, section 3.1.3",
     config: Light2dConfig::of(Body::DenseNet6),
     inputs: &[InputKeys::IMAGE],
     counts: NetworkCounts { parameters: 23_507, statistics: 480, macs: 11_022_160 },

@@ -37,7 +37,7 @@ pub enum BlockActivation {
 pub(crate) const MULTISCALE_CNN: Listing<MultiscaleConfig> = Listing {
     name: "multiscale-cnn",
     family: crate::FAMILY,
-    paper: "004, Table 1",
+    paper: "Zhang et al. 2022, Table 1",
     config: MultiscaleConfig {
         classes: 20,
         in_channels: 2,

@@ -13,7 +13,7 @@ use taxel_graph::{Architecture, Graph, InputKeys, Listing, Network, NetworkCount
 pub(crate) const LSTM: Listing<LstmConfig> = Listing {
     name: "lstm",
     family: crate::FAMILY,
-    paper: "000, Table 5",
+    paper: "Kaewrakmuk and Srinonchat 2026, Table 5",
     config: LstmConfig { classes: 3, in_channels: 5, length: 50, hidden: 128 },
     inputs: &[InputKeys::SIGNAL],
     counts: NetworkCounts { parameters: 69_507, statistics: 0, macs: 3_405_184 },

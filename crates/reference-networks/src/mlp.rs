@@ -12,7 +12,7 @@ use taxel_graph::{Architecture, Graph, InputKeys, Listing, Network, NetworkCount
 pub(crate) const MLP: Listing<MlpConfig> = Listing {
     name: "mlp",
     family: crate::FAMILY,
-    paper: "000, Table 5",
+    paper: "Kaewrakmuk and Srinonchat 2026, Table 5",
     config: MlpConfig { classes: 3, in_features: 250, hidden: 128 },
     inputs: &[InputKeys::FLAT],
     counts: NetworkCounts { parameters: 32_515, statistics: 0, macs: 32_384 },

@@ -21,7 +21,7 @@ const FILTERS: [usize; 5] = [8, 16, 32, 64, 128];
 pub(crate) const TACTNET4: Listing<TactNetConfig> = Listing {
     name: "tactnet4",
     family: crate::FAMILY,
-    paper: "Gandarias et al. 2019; 000, Table 5",
+    paper: "Gandarias et al. 2019a; Kaewrakmuk and Srinonchat 2026, Table 5",
     config: TactNetConfig::FOUR,
     inputs: &[InputKeys::IMAGE],
     counts: NetworkCounts { parameters: 11_235, statistics: 112, macs: 3_003_456 },

@@ -22,7 +22,7 @@ const BLOCKS: [(&str, usize); 4] = [("res2", 64), ("res3", 64), ("res4", 128), (
 pub(crate) const TACTRESNET: Listing<TactResNetConfig> = Listing {
     name: "tactresnet",
     family: crate::FAMILY,
-    paper: "Gandarias et al. 2019; 000, Table 5",
+    paper: "Gandarias et al. 2019a; Kaewrakmuk and Srinonchat 2026, Table 5",
     config: TactResNetConfig { classes: 3, in_channels: 3, height: 50, width: 50 },
     inputs: &[InputKeys::IMAGE],
     counts: NetworkCounts { parameters: 769_539, statistics: 1_920, macs: 109_192_896 },

@@ -28,7 +28,7 @@ const PALPATION_KERNELS: [KernelSize; 2] = [[5, 3, 8], [5, 3, 8]];
 pub(crate) const TACTNET3D: Listing<TactNet3dConfig> = Listing {
     name: TactNet3dConfig::ACTIVE.layers.name,
     family: crate::FAMILY,
-    paper: "002, Table I",
+    paper: "Gandarias et al. 2019b, Table I",
     config: TactNet3dConfig::ACTIVE,
     inputs: &[InputKeys::TENSOR],
     counts: NetworkCounts { parameters: 5_413_801, statistics: 48, macs: 41_119_296 },
@@ -38,7 +38,7 @@ pub(crate) const TACTNET3D: Listing<TactNet3dConfig> = Listing {
 pub(crate) const TACTNET3D_4_8: Listing<TactNet3dConfig> = Listing {
     name: TactNet3dConfig::ACTIVE_4_8.layers.name,
     family: crate::FAMILY,
-    paper: "002, Table I",
+    paper: "Gandarias et al. 2019b, Table I",
     config: TactNet3dConfig::ACTIVE_4_8,
     inputs: &[InputKeys::TENSOR],
     counts: NetworkCounts { parameters: 2_705_785, statistics: 24, macs: 12_956_736 },
@@ -48,7 +48,7 @@ pub(crate) const TACTNET3D_4_8: Listing<TactNet3dConfig> = Listing {
 pub(crate) const TACTNET3D_FC32: Listing<TactNet3dConfig> = Listing {
     name: TactNet3dConfig::ACTIVE_FC32.layers.name,
     family: crate::FAMILY,
-    paper: "002, Table I",
+    paper: "Gandarias et al. 2019b, Table I",
     config: TactNet3dConfig::ACTIVE_FC32,
     inputs: &[InputKeys::TENSOR],
     counts: NetworkCounts { parameters: 2_710_121, statistics: 48, macs: 38_415_648 },
@@ -58,7 +58,7 @@ pub(crate) const TACTNET3D_FC32: Listing<TactNet3dConfig> = Listing {
 pub(crate) const TACTNET3D_8_16_32: Listing<TactNet3dConfig> = Listing {
     name: TactNet3dConfig::ACTIVE_8_16_32.layers.name,
     family: crate::FAMILY,
-    paper: "002, Table I",
+    paper: "Gandarias et al. 2019b, Table I",
     config: TactNet3dConfig::ACTIVE_8_16_32,
     inputs: &[InputKeys::TENSOR],
     counts: NetworkCounts { parameters: 5_535_241, statistics: 112, macs: 103_149_120 },
@@ -68,7 +68,7 @@ pub(crate) const TACTNET3D_8_16_32: Listing<TactNet3dConfig> = Listing {
 pub(crate) const TACTNET3D_51: Listing<TactNet3dConfig> = Listing {
     name: TactNet3dConfig::PALPATION.layers.name,
     family: crate::FAMILY,
-    paper: "003, Fig. 4",
+    paper: "Pastor et al. 2019, Fig. 4",
     config: TactNet3dConfig::PALPATION,
     inputs: &[InputKeys::TENSOR],
     counts: NetworkCounts { parameters: 69_779_048, statistics: 96, macs: 2_258_454_016 },

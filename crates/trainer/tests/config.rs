@@ -163,7 +163,7 @@ fn set_values_come_last() {
 fn data_on_the_command_line_replaces_the_scene_and_what_was_said_of_it() {
     let text = BASE.replace("\n[data]", "title = \"presses\"\nexpect = \"90 %\"\n\n[data]").replace(
         "set = { hidden = 16 }",
-        "published = { table = \"paper 000, Table 5\", accuracy = [83.13] }",
+        "published = { table = \"Kaewrakmuk and Srinonchat 2026, Table 5\", accuracy = [83.13] }",
     );
     let before = parse(&text).unwrap();
     assert!(before.config().title.is_some() && before.config().networks[0].published.is_some());
@@ -274,7 +274,7 @@ fn meshes_start_at_the_configs_folder_and_may_hold_a_variable() {
 #[test]
 fn a_resolved_config_reads_back_as_itself() {
     let full = "encoding.image={ kind = \"gadf\", range = { low = 0.1, high = 1023 }, constant = \"zero\" }";
-    let published = "networks.0.published={ table = \"paper 000, Table 5\", accuracy = [83.13, 2.39] }";
+    let published = "networks.0.published={ table = \"Kaewrakmuk and Srinonchat 2026, Table 5\", accuracy = [83.13, 2.39] }";
     for sets in [
         vec![],
         vec![
@@ -328,7 +328,7 @@ fn every_shipped_config_is_valid_in_full_and_quick() {
 #[test]
 fn a_published_score_may_have_no_spread() {
     let with = |accuracy: &str| {
-        set(&[&format!("networks.0.published={{ table = \"paper 001, Table 6\", accuracy = {accuracy} }}")])
+        set(&[&format!("networks.0.published={{ table = \"Rouhafzay et al. 2021, Table 6\", accuracy = {accuracy} }}")])
     };
     let published = with("[78.57]").unwrap().config().networks[0].published.clone().unwrap();
     assert_eq!(published.accuracy, [78.57]);

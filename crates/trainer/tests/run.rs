@@ -34,7 +34,7 @@ batch_size = 8
 
 [[networks]]
 name = "mlp"
-published = { table = "paper 000, Table 5", accuracy = [83.13, 2.39] }
+published = { table = "Kaewrakmuk and Srinonchat 2026, Table 5", accuracy = [83.13, 2.39] }
 
 [[networks]]
 name = "resnet8-lite-1d"
@@ -161,7 +161,7 @@ fn a_run_folder_holds_what_it_promises() {
     let table = ResultsTable::of(&folder).unwrap();
     let text = table.to_string();
     assert!(text.contains("measured on: simulated: fingertip"), "{text}");
-    assert!(text.contains("published (paper 000, own data)"), "{text}");
+    assert!(text.contains("published (Kaewrakmuk and Srinonchat 2026, own data)"), "{text}");
     assert!(text.lines().any(|l| l.starts_with("mlp") && l.ends_with("83.13 ± 2.39")), "{text}");
     assert!(text.lines().any(|l| l.starts_with("resnet8-lite-1d") && l.ends_with("-")), "{text}");
     assert!(table.markdown().contains("| mlp | 32,515 | 32,384 |"), "{}", table.markdown());
@@ -463,7 +463,7 @@ fn starting_from_a_checkpoint() {
             "name = \"resnet8-lite-1d\"",
             &format!("name = \"resnet8-lite-1d\"\nweights = {:?}\n{more}", path.to_str().unwrap()),
         );
-        let second = second.replace("[[networks]]\nname = \"mlp\"\npublished = { table = \"paper 000, Table 5\", accuracy = [83.13, 2.39] }\n", "");
+        let second = second.replace("[[networks]]\nname = \"mlp\"\npublished = { table = \"Kaewrakmuk and Srinonchat 2026, Table 5\", accuracy = [83.13, 2.39] }\n", "");
         parse(&second, "second.toml")
     };
     let go = |experiment: &Experiment, out: &str| go(experiment, &at(out), &options(false, 1));

@@ -28,7 +28,7 @@ const LAYERS: [(usize, usize, usize, usize, usize, bool); 5] = [
 pub(crate) const ALEXNET: Listing<AlexNetConfig> = Listing {
     name: "alexnet",
     family: crate::FAMILY,
-    paper: "Krizhevsky 2014; 001, Tables 1-5",
+    paper: "Krizhevsky 2014; Rouhafzay et al. 2021, Tables 1-5",
     config: AlexNetConfig { classes: 6, in_channels: 3, height: 224, width: 224, hidden: 4096, dropout: 0.5 },
     inputs: &[InputKeys::IMAGE],
     counts: NetworkCounts { parameters: 57_028_422, statistics: 0, macs: 710_117_056 },

@@ -23,7 +23,7 @@ const GROWTH: usize = 32;
 pub(crate) const DENSENET201: Listing<DenseNet201Config> = Listing {
     name: "densenet201",
     family: crate::FAMILY,
-    paper: "Huang et al. 2017; 000, Table 5",
+    paper: "Huang et al. 2017; Kaewrakmuk and Srinonchat 2026, Table 5",
     config: DenseNet201Config { classes: 3, in_channels: 3, height: 224, width: 224 },
     inputs: &[InputKeys::IMAGE],
     counts: NetworkCounts { parameters: 18_098_691, statistics: 229_056, macs: 4_289_451_648 },

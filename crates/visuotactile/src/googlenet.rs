@@ -42,7 +42,7 @@ const AUXILIARY_WEIGHT: f32 = 0.3;
 pub(crate) const GOOGLENET: Listing<GoogLeNetConfig> = Listing {
     name: "googlenet",
     family: crate::FAMILY,
-    paper: "Szegedy et al. 2015; 001, Tables 1-5",
+    paper: "Szegedy et al. 2015; Rouhafzay et al. 2021, Tables 1-5",
     config: GoogLeNetConfig { classes: 6, in_channels: 3, height: 224, width: 224, dropout: 0.2, aux: false },
     inputs: &[InputKeys::IMAGE],
     counts: NetworkCounts { parameters: 5_606_054, statistics: 14_560, macs: 1_497_358_336 },

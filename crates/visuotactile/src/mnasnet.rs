@@ -31,7 +31,7 @@ const MOMENTUM: f32 = 1.0 - 0.9997;
 pub(crate) const MNASNET: Listing<MnasNetConfig> = Listing {
     name: "mnasnet1-0",
     family: crate::FAMILY,
-    paper: "Tan et al. 2019; 004, Table 2",
+    paper: "Tan et al. 2019; Zhang et al. 2022, Table 2",
     config: MnasNetConfig { classes: 20, in_channels: 2, height: 23, width: 300, dropout: 0.2 },
     inputs: &[InputKeys::IMAGE],
     counts: NetworkCounts { parameters: 3_127_644, statistics: 37_920, macs: 56_633_936 },

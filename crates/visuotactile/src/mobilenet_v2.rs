@@ -33,7 +33,7 @@ const LAST: usize = 1280;
 pub(crate) const MOBILENET_V2: Listing<MobileNetV2Config> = Listing {
     name: "mobilenet-v2",
     family: crate::FAMILY,
-    paper: "Sandler et al. 2018; 001, Tables 1-6",
+    paper: "Sandler et al. 2018; Rouhafzay et al. 2021, Tables 1-6",
     config: MobileNetV2Config {
         classes: 6,
         in_channels: 3,

@@ -23,7 +23,7 @@ const SHARED: std::ops::RangeInclusive<usize> = 3..=16;
 pub(crate) const MOBILENET_V2_SPLIT: Listing<MobileNetV2SplitConfig> = Listing {
     name: "mobilenet-v2-split",
     family: crate::FAMILY,
-    paper: "001, section 7",
+    paper: "Rouhafzay et al. 2021, section 7",
     config: MobileNetV2SplitConfig { classes: 6, in_channels: 6, height: 224, width: 224 },
     inputs: &[InputKeys::IMAGE],
     counts: NetworkCounts { parameters: 3_132_284, statistics: 41_756, macs: 392_658_240 },

@@ -22,7 +22,7 @@ const WIDTHS: [usize; 4] = [64, 128, 256, 512];
 pub(crate) const RESNET18: Listing<ResNetConfig> = Listing {
     name: "resnet18",
     family: crate::FAMILY,
-    paper: "He et al. 2016; 000, Table 5",
+    paper: "He et al. 2016; Kaewrakmuk and Srinonchat 2026, Table 5",
     config: ResNetConfig::EIGHTEEN,
     inputs: &[InputKeys::IMAGE],
     counts: NetworkCounts { parameters: 11_178_051, statistics: 9_600, macs: 1_813_562_880 },
@@ -32,7 +32,7 @@ pub(crate) const RESNET18: Listing<ResNetConfig> = Listing {
 pub(crate) const RESNET50: Listing<ResNetConfig> = Listing {
     name: "resnet50",
     family: crate::FAMILY,
-    paper: "He et al. 2016; 001, Tables 1-5",
+    paper: "He et al. 2016; Rouhafzay et al. 2021, Tables 1-5",
     config: ResNetConfig::FIFTY,
     inputs: &[InputKeys::IMAGE],
     counts: NetworkCounts { parameters: 23_520_326, statistics: 53_120, macs: 4_087_148_544 },

@@ -20,7 +20,7 @@ const STAGES: [(usize, usize); 3] = [(116, 4), (232, 8), (464, 4)];
 pub(crate) const SHUFFLENET_V2: Listing<ShuffleNetV2Config> = Listing {
     name: "shufflenet-v2",
     family: crate::FAMILY,
-    paper: "Ma et al. 2018; 004, Table 2",
+    paper: "Ma et al. 2018; Zhang et al. 2022, Table 2",
     config: ShuffleNetV2Config { classes: 20, in_channels: 2, height: 23, width: 300 },
     inputs: &[InputKeys::IMAGE],
     counts: NetworkCounts { parameters: 1_273_888, statistics: 16_180, macs: 25_809_568 },

@@ -23,7 +23,7 @@ const GROUPS: [(usize, usize); 5] = [(64, 2), (128, 2), (256, 3), (512, 3), (512
 pub(crate) const VGG16: Listing<Vgg16Config> = Listing {
     name: "vgg16",
     family: crate::FAMILY,
-    paper: "Simonyan and Zisserman 2015; 000, Table 5",
+    paper: "Simonyan and Zisserman 2015; Kaewrakmuk and Srinonchat 2026, Table 5",
     config: Vgg16Config { classes: 3, in_channels: 3, height: 224, width: 224, hidden: 4096, dropout: 0.5 },
     inputs: &[InputKeys::IMAGE],
     counts: NetworkCounts { parameters: 134_272_835, statistics: 0, macs: 15_466_180_608 },

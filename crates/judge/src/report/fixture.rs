@@ -33,7 +33,7 @@ fn network(number: usize) -> Value {
     ] {
         fold[key] = value;
     }
-    let published = json!({"table": "paper 000, Table 5", "accuracy": [87.94, 1.42], "megabytes": 0.06, "gflops": 0.0002});
+    let published = json!({"table": "Kaewrakmuk and Srinonchat 2026, Table 5", "accuracy": [87.94, 1.42], "megabytes": 0.06, "gflops": 0.0002});
     let training = json!([
         {"epoch": 0, "train_loss": 1.0, "train_accuracy": 40.0, "validation_loss": 1.1, "validation_accuracy": 38.0},
         {"epoch": 1, "train_loss": 0.5, "train_accuracy": 80.0, "validation_loss": 0.7, "validation_accuracy": 75.0},
@@ -42,7 +42,7 @@ fn network(number: usize) -> Value {
     let latency =
         |median: f64, late: f64| json!({"p50_ms": p50 * median, "p95_ms": p50 * late, "runs": 1000});
     json!({
-        "network": name, "zoo": name, "paper": "paper 000", "settings": {}, "folds": [fold],
+        "network": name, "zoo": name, "paper": "Kaewrakmuk and Srinonchat 2026", "settings": {}, "folds": [fold],
         "costs": {"parameters": bytes / 4, "bytes": bytes, "macs": if number == 3 { 0 } else { 10 * bytes }, "flops": 20 * bytes},
         "mean": scores, "sd": {"accuracy": 1.5, "precision": 1.0, "recall": 1.0, "f1": 1.0},
         "interval": [accuracy - 4.0, accuracy + 3.0],

@@ -110,7 +110,7 @@ fn drawings_are_well_formed_and_say_their_values() {
     );
     let size = file(report, "charts/accuracy-size.svg");
     assert!(size.contains(
-        "<title>published, own recordings: small-1d (paper 000, Table 5): 87.94 ± 1.42 %, 62.9 kB"
+        "<title>published, own recordings: small-1d (Kaewrakmuk and Srinonchat 2026, Table 5): 87.94 ± 1.42 %, 62.9 kB"
     ));
     assert!(!chart.contains("published"), "no paper printed a latency");
     let matrix = file(report, "charts/confusion-00-small-1d.svg");
