@@ -18,6 +18,7 @@ pub fn listing(registry: &Registry) -> Result<Value> {
         Ok(json!({
             "name": entry.name, "family": entry.family, "paper": entry.paper, "inputs": shapes,
             "parameters": cost.parameters, "bytes": cost.bytes(), "macs": cost.macs, "flops": cost.flops,
+            "activation_bytes": cost.activation_bytes(),
         }))
     };
     registry.entries().map(one).collect()

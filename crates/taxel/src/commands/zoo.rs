@@ -11,7 +11,7 @@ use crate::commands::arguments::output_format::OutputFormat;
 use crate::terminal::tables;
 use crate::{out, outln};
 
-/// Lists all networks with family, paper, input shapes and cost.
+/// Lists all networks with family, input shapes, cost and paper.
 #[derive(Args)]
 #[command(after_help = "Example:  taxel zoo --format json")]
 pub struct Zoo {
@@ -33,14 +33,16 @@ impl Zoo {
             rows.push(vec![
                 entry.name.clone(),
                 entry.family.clone(),
-                entry.paper.clone(),
                 inputs.join(" + "),
                 thousands(cost.parameters),
+                format!("{:.3}", cost.bytes() as f64 / f64::from(1 << 20)),
                 thousands(cost.macs),
+                thousands(cost.flops),
+                entry.paper.clone(),
             ]);
         }
-        let header = ["network", "family", "paper", "input", "parameters", "MACs"];
-        out!("{}", tables::table(&header, &rows, &[4, 5]));
+        let header = ["network", "family", "input", "parameters", "MiB", "MACs", "FLOPs", "paper"];
+        out!("{}", tables::table(&header, &rows, &[3, 4, 5, 6]));
         Ok(ExitCode::SUCCESS)
     }
 }

@@ -4,7 +4,7 @@
 use std::fmt::Write;
 
 use taxel_graph::{Cost, Graph, Node, Op};
-use taxel_zoo::{Settings, built_in, find, matlab};
+use taxel_zoo::{Settings, find, matlab};
 
 /// How a paper seems to have counted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -200,7 +200,6 @@ fn shape(sizes: &[usize]) -> String {
 /// `docs/costs.md`.
 pub fn page() -> String {
     let mut page = String::from(HEAD);
-    networks(&mut page);
     table_5(&mut page);
     compression(&mut page);
     table_1(&mut page);
@@ -212,44 +211,13 @@ const HEAD: &str = "\
 <!-- Written by `cargo run -p taxel-zoo --example costs_page > docs/costs.md`; a test holds it. -->
 # What the networks cost
 
-All numbers are counted from the graphs, which tests compare with PyTorch twins; nothing is measured. They are for one sample in
-32-bit floats. `taxel cost MODEL` prints them per layer.
+What the papers print beside what the graphs say. All numbers are counted, for one sample in 32-bit floats; nothing is measured.
+Tests hold the graphs against PyTorch twins. `taxel zoo` prints the costs of every network, `taxel cost MODEL` those of each layer.
 
 - A MAC is one multiply–accumulate of a convolution, linear or recurrent layer. Batch norm, activations and pools are not counted.
 - FLOPs are 2·MAC and one addition per bias and output value.
-- 000 to 004 are the short ids of the five [papers](papers.md).
-
+- MiB (2²⁰ bytes) are parameters and batch-norm statistics.
 ";
-
-fn networks(page: &mut String) {
-    *page += "## Every network at its own input
-
-MiB (2²⁰ bytes) are parameters and batch-norm statistics. Activations are the outputs of all nodes, each in memory of its own; an
-execution that shares memory needs less.
-
-| network | crate | published in | input | parameters | statistics | MiB | MACs | FLOPs | activations MiB |
-|---|---|---|---|---:|---:|---:|---:|---:|---:|
-";
-    for entry in built_in().entries() {
-        let graph = graph(&entry.name);
-        let cost = graph.cost();
-        let inputs: Vec<String> = graph.inputs().map(|node| shape(&node.shape)).collect();
-        let _ = writeln!(
-            page,
-            "| `{}` | `{}` | {} | {} | {} | {} | {:.3} | {} | {} | {:.3} |",
-            entry.name,
-            entry.family,
-            entry.paper,
-            inputs.join(" + "),
-            grouped(cost.parameters),
-            grouped(cost.buffers),
-            mib(cost),
-            grouped(cost.macs),
-            grouped(cost.flops),
-            cost.activation_bytes() as f64 / f64::from(1 << 20),
-        );
-    }
-}
 
 fn table_5(page: &mut String) {
     *page += "
