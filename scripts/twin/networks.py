@@ -181,6 +181,29 @@ class Fcn(nn.Module):
         return self.fc(x.mean(2))
 
 
+class DsCnn(nn.Module):
+    """Zhang et al. 2017, small, over time alone: a convolution, four depthwise and pointwise ones, mean over time."""
+
+    def __init__(self, in_channels, classes, **_sizes):
+        super().__init__()
+        self.stem = self.layer(in_channels, 10, stride=2, padding=4)
+        depthwise = lambda: self.layer(64, 3, padding=1, groups=64)  # noqa: E731
+        pairs = [OrderedDict(depthwise=depthwise(), pointwise=self.layer(64, 1)) for _ in range(4)]
+        self.blocks = nn.ModuleList(nn.Sequential(pair) for pair in pairs)
+        self.fc = nn.Linear(64, classes)
+
+    @staticmethod
+    def layer(inputs, kernel, **how):
+        convolution = nn.Conv1d(inputs, 64, kernel, bias=False, **how)
+        return nn.Sequential(OrderedDict(conv=convolution, bn=nn.BatchNorm1d(64), relu=nn.ReLU()))
+
+    def forward(self, x):
+        x = self.stem(x)
+        for block in self.blocks:
+            x = block(x)
+        return self.fc(x.mean(2))
+
+
 class TactNet(nn.Module):
     """Gandarias et al. 2019: convolutions of 5, then 3, each followed by a pool."""
 
@@ -404,6 +427,7 @@ TWINS = {
     "mlp": Twin(Mlp, dict(classes=3, in_features=250, hidden=128), [(1, "in_features")]),
     "lstm": Twin(Lstm, dict(GRASP, hidden=128), [SIGNAL], cases=[{}, dict(in_channels=3, length=17, hidden=20, classes=4)]),
     "fcn-1d": Twin(Fcn, GRASP, [SIGNAL], cases=[dict(in_channels=2, length=11, classes=4)]),
+    "ds-cnn-1d": Twin(DsCnn, GRASP, [SIGNAL], cases=[dict(in_channels=2, length=11, classes=4)]),
     "tactnet4": tactnet([8, 16, 32], [dict(in_channels=1, height=28, width=50, classes=22)]),
     "tactnet6": tactnet([8, 16, 32, 64, 128]),
     # At 50x50 two values under a max-pool are 1e-6 apart, and rounding chooses where the gradient goes.

@@ -2,6 +2,7 @@
 
 mod dilated_resnet;
 mod dilated_resnet_rocket;
+mod ds_cnn;
 mod fcn;
 mod lstm;
 mod mlp;
@@ -10,6 +11,7 @@ mod tactresnet;
 
 pub use dilated_resnet::DilatedResNetConfig;
 pub use dilated_resnet_rocket::DilatedResNetRocketConfig;
+pub use ds_cnn::DsCnnConfig;
 pub use fcn::FcnConfig;
 pub use lstm::LstmConfig;
 pub use mlp::MlpConfig;
@@ -28,6 +30,7 @@ pub fn list(zoo: &mut impl Register) {
     zoo.add(tactnet::TACTNET6);
     zoo.add(tactresnet::TACTRESNET);
     zoo.add(fcn::FCN);
+    zoo.add(ds_cnn::DS_CNN);
     zoo.add(dilated_resnet::DILATED_RESNET);
     zoo.add(dilated_resnet_rocket::DILATED_RESNET_ROCKET);
 }
