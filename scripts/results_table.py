@@ -456,7 +456,7 @@ def page(folder, partial=False):
     caption = (
         f"Measured on {results['source']}: {results['samples']} samples, {len(results['classes'])} classes, "
         f"{words(protocol)}, seed {results['seed']}; mean ± SD over folds. "
-        f"Latency: median of one sample on one thread. taxel {environment['taxel']} at "
+        f"Latency: median of one sample, from raw values to the answer, on one thread. taxel {environment['taxel']} at "
         f"{commit(environment)}, {processor(environment)}, {environment['cores']} cores."
     )
     under = stress(folder)

@@ -173,7 +173,8 @@ fn caption(results: &Results) -> Vec<String> {
             results.seed
         ),
         format!(
-            "scores{in_percent}, mean ± SD over folds (n - 1); latency: median of one sample, one thread"
+            "scores{in_percent}, mean ± SD over folds (n - 1); latency: median of one sample, \
+             from raw values to the answer, one thread"
         ),
     ];
     for (baseline, reason) in &results.left_out {

@@ -12,12 +12,10 @@ use taxel_graph::{Tensor, Weights};
 use crate::encoding::{Encoded, Encoder, Input, SERIES};
 use crate::error::{Error, Result};
 use crate::estimator::estimator::{Estimator, Fitted, Trained, TrainingSet};
-use crate::latency::Latency;
 use crate::metrics::Outcome;
 use crate::model::ModelKind;
 use crate::problem::{fault_problem, within};
 use crate::run::records::{Costs, FoldRecord};
-use crate::run::table_latency::of_prediction;
 use crate::training::breaker::Breaker;
 use crate::training::hooks::Hooks;
 use crate::training::part::{TrainingKey, pool};
@@ -214,11 +212,6 @@ impl FittedBaseline {
         Ok(rows)
     }
 
-    /// Returns the number of outputs.
-    pub fn width(&self) -> usize {
-        self.sizes.iter().sum()
-    }
-
     /// Makes memory for [`FittedBaseline::predict_one`], one of each method.
     pub fn workspaces(&self) -> Vec<Workspace> {
         self.each.iter().map(FittedMethod::workspace).collect()
@@ -293,12 +286,6 @@ impl Fitted for FittedBaseline {
 
     fn inputs<'i>(&self, inputs: &'i [Input]) -> Vec<&'i Input> {
         inputs.iter().collect()
-    }
-
-    fn latency(&self, inputs: &[Input], row: usize) -> Result<Latency> {
-        let (sample, mut workspaces) = (inputs[0].encoded.sample(row), self.workspaces());
-        let mut outputs = vec![0.0; self.width()];
-        of_prediction(|| self.predict_one(sample, &mut workspaces, &mut outputs))
     }
 
     fn complete(&self, record: FoldRecord) -> Result<FoldRecord> {

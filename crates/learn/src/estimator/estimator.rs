@@ -11,7 +11,6 @@ use taxel_graph::Weights;
 use crate::encoding::{Encoder, Input};
 use crate::error::Result;
 use crate::estimator::trainable::Trainable;
-use crate::latency::Latency;
 use crate::model::ModelKind;
 use crate::run::records::{Costs, FoldRecord};
 use crate::training::feature_cache::FeatureCache;
@@ -139,12 +138,6 @@ pub trait Fitted {
 
     /// Returns the inputs of its model, in its order.
     fn inputs<'i>(&self, inputs: &'i [Input]) -> Vec<&'i Input>;
-
-    /// Times a prediction of the sample `row`, batch 1, one thread.
-    ///
-    /// # Errors
-    /// An error of the method.
-    fn latency(&self, inputs: &[Input], row: usize) -> Result<Latency>;
 
     /// Adds what happened in training to the record of a fold.
     ///

@@ -11,11 +11,9 @@ use crate::encoding::{Encoder, Input};
 use crate::error::{Error, Result};
 use crate::estimator::estimator::{Estimator, Fitted, Trained, TrainingSet};
 use crate::estimator::trainable::Trainable;
-use crate::latency::Latency;
 use crate::model::{ModelKind, digest};
 use crate::problem::{Problem, require};
 use crate::run::records::{Change, Costs, FoldRecord};
-use crate::run::table_latency::of_network;
 use crate::training::hooks::Hooks;
 use crate::training::network::{TrainedNetwork, Training};
 use crate::training::recipe::Recipe;
@@ -186,10 +184,6 @@ impl Fitted for FittedNetwork {
     fn inputs<'i>(&self, inputs: &'i [Input]) -> Vec<&'i Input> {
         let names = self.graph.inputs().map(|node| &node.name);
         names.filter_map(|name| inputs.iter().find(|input| input.name == name)).collect()
-    }
-
-    fn latency(&self, inputs: &[Input], row: usize) -> Result<Latency> {
-        of_network(&self.graph, &self.trained.weights, inputs, row)
     }
 
     fn complete(&self, record: FoldRecord) -> Result<FoldRecord> {

@@ -9,6 +9,7 @@ use crate::estimator::estimator::{Fitted, Trained, TrainingSet};
 use crate::latency::Latency;
 use crate::model::{Card, FORMAT, Model, ModelInput, TrainedOn, TrainingPart};
 use crate::run::environment::COMMIT;
+use crate::run::model_latency::of_model;
 use crate::run::protocol::Protocol;
 use crate::run::records::{FoldKey, FoldRecord};
 use crate::training::feature_cache::FeatureCache;
@@ -69,13 +70,11 @@ pub(crate) fn train_fold(job: &FoldJob, encoder: &Encoder, hooks: &mut Hooks) ->
     };
     let Some(trained) = candidate.estimator.fit(&set, hooks)? else { return Ok(None) };
     let fitted = trained.fitted.as_ref();
-    let latency = match fold.test.first().filter(|_| is_timed) {
-        Some(&row) => Some(fitted.latency(&inputs, row)?),
-        None => None,
-    };
+    let model = model(job, dataset, fitted, &inputs);
+    let timed = fold.test.first().filter(|_| is_timed);
     Ok(Some(TrainedFold {
-        model: model(job, dataset, fitted, &inputs),
-        latency,
+        latency: timed.map(|&row| of_model(&model, dataset, row)).transpose()?,
+        model,
         encoding_ms_per_sample: inputs.iter().map(|input| input.ms_per_sample).sum(),
         trained,
     }))

@@ -186,7 +186,8 @@ fn one(
         encoding_ms_per_sample: folder
             .timing(&float.key)?
             .map_or(0.0, |timing| timing.encoding_ms_per_sample),
-        latency: if is_first { Some(of_model(&predictor, dataset, float.index[0])?) } else { None },
+        latency_without_encoding: None,
+        latency: if is_first { Some(of_model(&model, dataset, float.index[0])?) } else { None },
     };
     write_json(&folder.timing_path(&key), &timing, false)?;
     write_json(&folder.record_path(&key), &record, false)?;

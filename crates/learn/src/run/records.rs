@@ -202,9 +202,12 @@ pub struct Timing {
     pub threads: usize,
     /// Time to encode one sample for this network, in ms.
     pub encoding_ms_per_sample: f64,
-    /// Batch 1, one thread; measured once per network, on its first fold.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    /// From the raw sample to the answer, batch 1, one thread; measured once per network, on its first fold.
+    #[serde(rename = "whole_latency", skip_serializing_if = "Option::is_none")]
     pub latency: Option<Latency>,
+    /// What older versions measured in its place: networks without their encoding, baselines with it.
+    #[serde(rename = "latency", skip_serializing)]
+    pub latency_without_encoding: Option<Latency>,
 }
 
 /// Costs of one sample.
@@ -227,6 +230,11 @@ impl From<Cost> for Costs {
 }
 
 impl Timing {
+    /// Checks whether this is the fold of its network whose predictions are timed.
+    pub fn is_timed(&self) -> bool {
+        self.latency.is_some() || self.latency_without_encoding.is_some()
+    }
+
     /// Computes training samples times epochs per second.
     pub fn samples_per_second(&self) -> f64 {
         self.samples as f64 / self.train_seconds.max(1e-9)

@@ -257,6 +257,7 @@ impl<'a> ActiveRun<'a> {
             test_seconds: trained.trained.test_seconds,
             threads: self.options.threads(),
             encoding_ms_per_sample: trained.encoding_ms_per_sample,
+            latency_without_encoding: None,
             latency: trained.latency,
         };
         Ok(Some(Finished { record, timing }))
@@ -327,11 +328,9 @@ impl<'a> ActiveRun<'a> {
 /// Returns the timing of a finished fold; measures the latency of the table anew if it is to be timed again.
 fn timed(folder: &RunFolder, record: &FoldRecord, dataset: &Dataset, again: bool) -> Result<Option<Timing>> {
     let known = folder.timing(&record.key)?;
-    let Some(before) = known.as_ref().filter(|timing| again && timing.latency.is_some()) else {
+    let Some(before) = known.as_ref().filter(|timing| again && timing.is_timed()) else {
         return Ok(known);
     };
-    let model = folder.model(record)?;
-    let predictor = model.predictor(model.card().batch(), 1)?;
-    let latency = Some(of_model(&predictor, dataset, record.index[0])?);
+    let latency = Some(of_model(&folder.model(record)?, dataset, record.index[0])?);
     write_json(&folder.timing_path(&record.key), &Timing { latency, ..before.clone() }, false).map(Some)
 }
