@@ -29,10 +29,15 @@ fn taxel(arguments: &[&str]) -> Command {
 
 /// With files of at most `kilobytes`: writing beyond fails as on a full device.
 fn limited(kilobytes: u32, arguments: &[&str]) -> Output {
-    // Ignored, so that the write fails where it would end the process.
-    let script = format!("trap '' XFSZ; ulimit -f {}; exec \"$0\" \"$@\"", 2 * kilobytes);
+    under(&format!("ulimit -f {}", 2 * kilobytes), arguments)
+}
+
+/// After a command of the shell, such as one that sets a limit.
+fn under(limit: &str, arguments: &[&str]) -> Output {
     let mut command = Command::new("sh");
-    command.args(["-c", &script, env!("CARGO_BIN_EXE_taxel")]).args(arguments);
+    command
+        .args(["-c", &format!("{limit}; exec \"$0\" \"$@\""), env!("CARGO_BIN_EXE_taxel")])
+        .args(arguments);
     command.env_remove("RUST_BACKTRACE").stdin(Stdio::null()).output().unwrap()
 }
 
@@ -207,4 +212,40 @@ fn a_full_standard_output_is_an_error_and_no_panic() {
         assert!(!error.contains("panicked"), "{arguments:?}: {error}");
     }
     assert!(out.join("results.json").is_file(), "the run itself is whole");
+}
+
+#[test]
+fn a_small_stack_is_enough() {
+    for arguments in [&["run", "--help"][..], &["zoo"], &["data", "check", "nowhere"]] {
+        let output = under("ulimit -s 64", arguments);
+        let code = if arguments.contains(&"nowhere") { 2 } else { 0 };
+        assert_eq!(
+            output.status.code(),
+            Some(code),
+            "{arguments:?}: {}",
+            String::from_utf8_lossy(&output.stderr)
+        );
+    }
+}
+
+/// In 2 GB of memory: a reader without a limit would fill it.
+#[test]
+fn a_path_without_an_end_is_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    for (name, arguments) in [
+        ("endless.toml", &["run"][..]),
+        ("endless.toml", &["sweep", "plan"]),
+        ("endless.onnx", &["import", "--output", "x.safetensors"]),
+        ("endless.safetensors", &["inspect"]),
+        ("endless.pth", &["inspect"]),
+        ("endless.npz", &["data", "check"]),
+        ("endless.csv", &["data", "check"]),
+        ("endless.json", &["data", "check"]),
+    ] {
+        let file = dir.path().join(name);
+        let _ = std::os::unix::fs::symlink("/dev/zero", &file);
+        let arguments = [arguments, &[file.to_str().unwrap()]].concat();
+        let error = refused(&under("ulimit -v 2000000", &arguments));
+        assert!(error.contains(name), "{arguments:?}: {error}");
+    }
 }

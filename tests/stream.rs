@@ -269,6 +269,30 @@ fn signals_end_a_stream_with_its_summary() {
     }
 }
 
+/// Nobody reads its output, so that no decision can be written; a supervisor would have to kill it.
+#[test]
+fn a_signal_ends_a_stream_that_waits_for_its_reader() {
+    let mut child = stream(&["--hop", "1"]).spawn().unwrap();
+    let mut to = child.stdin.take().unwrap();
+    let writer = std::thread::spawn(move || to.write_all(lines(0..20_000).as_bytes()));
+    let begun = std::time::Instant::now();
+    while begun.elapsed() < std::time::Duration::from_secs(3) {
+        assert!(child.try_wait().unwrap().is_none(), "it does not wait");
+        std::thread::sleep(std::time::Duration::from_millis(50));
+    }
+    Command::new("kill").args(["-TERM", &child.id().to_string()]).status().unwrap();
+    let told = std::time::Instant::now();
+    let status = loop {
+        if let Some(status) = child.try_wait().unwrap() {
+            break status;
+        }
+        assert!(told.elapsed() < std::time::Duration::from_secs(20), "the signal was not heard");
+        std::thread::sleep(std::time::Duration::from_millis(50));
+    };
+    assert_eq!(status.code(), Some(130));
+    assert!(writer.join().unwrap().is_err(), "all lines were taken");
+}
+
 #[test]
 fn a_closed_output_ends_a_stream_with_its_summary() {
     let Live { mut child, from } = Live::begin(&["--hop", "1"]);

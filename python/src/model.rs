@@ -1,13 +1,15 @@
 //! A trained network or baseline that predicts.
 
+use std::ffi::CString;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArrayDyn};
+use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
-use taxel::Predictor;
 use taxel::judge::speed;
+use taxel::{Predictions, Predictor};
 
 use crate::raise::raised;
 use crate::work::short;
@@ -80,12 +82,16 @@ impl Model {
         threads: Option<usize>,
     ) -> PyResult<PredictedArrays<'py>> {
         let x = x.as_array();
-        let (labels, probabilities, outputs) = short(py, || {
-            let threads = taxel::learn::threads(threads);
-            let said = self.predictor(threads)?.predict(&x).map_err(raised)?;
-            let outputs = said.width();
-            Ok((said.labels, said.outputs, outputs))
+        let (said, far) = short(py, || {
+            let predictor = self.predictor(taxel::learn::threads(threads))?;
+            let said = predictor.predict(&x).map_err(raised)?;
+            Ok((said, predictor.range_warning(&x).map_err(raised)?))
         })?;
+        if let Some(words) = far.and_then(|words| CString::new(words).ok()) {
+            PyErr::warn(py, &py.get_type::<PyUserWarning>(), &words, 2)?;
+        }
+        let outputs = said.width();
+        let Predictions { labels, outputs: probabilities, .. } = said;
         let n = probabilities.len() / outputs.max(1);
         Ok((labels.into_pyarray(py), probabilities.into_pyarray(py).reshape([n, outputs])?))
     }

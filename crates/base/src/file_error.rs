@@ -58,6 +58,14 @@ impl Display for FileError {
 
 impl std::error::Error for FileError {}
 
+/// Says in words why the system refused, without the number of its error.
+pub fn reason(error: &io::Error) -> String {
+    let text = error.to_string();
+    let words = text.split(" (os error").next().unwrap_or_default();
+    let mut letters = words.chars();
+    letters.next().map_or_else(String::new, |first| first.to_lowercase().chain(letters).collect())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -71,6 +79,9 @@ mod tests {
         let error = FileError::io(file, "read", &io::Error::from(io::ErrorKind::NotFound));
         assert_eq!(error.to_string(), "runs/a.csv: no such file or folder; check the path");
         assert_eq!(error.kind, Some(io::ErrorKind::NotFound));
+        let too_many = io::Error::from_raw_os_error(24);
+        assert_eq!(reason(&too_many), "too many open files");
+        assert_eq!(reason(&io::Error::from(io::ErrorKind::PermissionDenied)), "permission denied");
         let error = FileError::io(file, "read", &io::Error::from(io::ErrorKind::PermissionDenied));
         assert_eq!(error.to_string(), "runs/a.csv: cannot be read: permission denied");
     }

@@ -19,7 +19,7 @@
 
 use std::ffi::{OsStr, OsString};
 use std::fs::{self, File, OpenOptions};
-use std::io::{self, BufWriter, Write};
+use std::io::{self, BufReader, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 
 use tempfile::{Builder, TempPath};
@@ -30,6 +30,36 @@ pub const PART: &str = ".part";
 /// Checks whether `name` is that of a half-written file.
 pub fn is_part(name: &OsStr) -> bool {
     name.as_encoded_bytes().ends_with(PART.as_bytes())
+}
+
+/// Reads a text that a person wrote, of at most `limit` bytes. A device or pipe without an end is not read to its end.
+///
+/// # Errors
+///
+/// Returns the system's error, or `InvalidData` for a longer text or one that is not UTF-8.
+pub fn read_text(path: &Path, limit: u64) -> io::Result<String> {
+    let mut text = String::new();
+    File::open(path)?.take(limit + 1).read_to_string(&mut text)?;
+    if text.len() as u64 > limit {
+        let problem = format!("it holds more than {limit} bytes; is this the right file?");
+        return Err(io::Error::new(io::ErrorKind::InvalidData, problem));
+    }
+    Ok(text)
+}
+
+/// Reads all bytes of a regular file; a device or pipe without an end would fill the memory.
+///
+/// # Errors
+///
+/// Returns the system's error, or `InvalidInput` for what is no regular file.
+pub fn read_bytes(path: &Path) -> io::Result<Vec<u8>> {
+    let file = File::open(path)?;
+    if !file.metadata()?.is_file() {
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, "it is no regular file; copy it to one"));
+    }
+    let mut bytes = vec![];
+    BufReader::new(file).read_to_end(&mut bytes)?;
+    Ok(bytes)
 }
 
 /// Removes half-written files that killed processes have left of the file at `path`. Those of living processes are locked

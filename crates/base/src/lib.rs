@@ -29,7 +29,7 @@ pub mod problem;
 pub mod quiet;
 pub mod seed;
 
-pub use file_error::FileError;
+pub use file_error::{FileError, reason};
 pub use grid::{Align, Grid, markdown_text};
 pub use layout::{Layout, UnknownLayout};
 pub use numbers::thousands;

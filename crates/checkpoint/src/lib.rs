@@ -23,7 +23,7 @@ mod safetensors;
 use std::fs::File;
 use std::path::Path;
 
-use taxel_base::files::{remove_parts, write_whole};
+use taxel_base::files::{read_bytes, remove_parts, write_whole};
 use taxel_graph::Weights;
 
 pub use eight_bits::rounded;
@@ -54,7 +54,7 @@ impl FileType {
 /// A file that is missing, broken or of another kind, and tensors that are not floating point.
 pub fn read(path: &Path) -> Result<(Weights, Option<String>)> {
     let weights = || match FileType::of(path)? {
-        FileType::Safetensors => from_bytes(&std::fs::read(path)?),
+        FileType::Safetensors => from_bytes(&read_bytes(path)?),
         FileType::Pth => Ok((read_pth(path)?, None)),
     };
     weights().map_err(|cause| Error::new(path, cause))

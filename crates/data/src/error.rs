@@ -4,7 +4,7 @@ use crate::length::length::Length;
 use std::fmt::Display;
 use std::io;
 use std::path::Path;
-use taxel_base::{FileError, Layout};
+use taxel_base::{FileError, Layout, reason};
 
 /// The result of this crate's functions.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
@@ -26,8 +26,8 @@ pub enum Error {
          class"
     )]
     NotFound { file: String, endings: String },
-    #[error("{file}: cannot be read: {kind}")]
-    Io { file: String, kind: io::ErrorKind },
+    #[error("{file}: cannot be read: {why}")]
+    Io { file: String, kind: io::ErrorKind, why: String },
     #[error("{file}: cannot be written: {why}")]
     Write { file: String, why: String },
     #[error("{file}: this build does not read it; build taxel with --features taxel-data/{feature}")]
@@ -203,7 +203,7 @@ impl Error {
 
     /// Turns the system's refusal to read a file into an error.
     pub(crate) fn io(file: &(impl AsRef<Path> + ?Sized)) -> impl Fn(io::Error) -> Self {
-        move |e| Self::Io { file: file.as_ref().display().to_string(), kind: e.kind() }
+        move |e| Self::Io { file: file.as_ref().display().to_string(), kind: e.kind(), why: reason(&e) }
     }
 
     /// Refuses a file that is no CSV.

@@ -127,7 +127,7 @@ fn refuse(place: &Place) -> Error {
     let file = place.file();
     match place.path.metadata() {
         Err(e) if e.kind() == io::ErrorKind::NotFound => place.not_found(),
-        Err(e) => Error::Io { file, kind: e.kind() },
+        Err(e) => Error::io(&file)(e),
         Ok(_) if is_bag(place.path) => Error::file(
             file,
             "is one bag, which says no class; give the folder of several, with labels.csv in it (file,label, and of \

@@ -90,7 +90,7 @@ impl Place<'_> {
     /// Adds to an error about a missing file the endings that may be given instead.
     pub fn with_advice(&self, error: Error) -> Error {
         match error {
-            Error::Io { file, kind: ErrorKind::NotFound } => {
+            Error::Io { file, kind: ErrorKind::NotFound, .. } => {
                 Error::NotFound { file, endings: self.endings(|_| true) }
             }
             other => other,

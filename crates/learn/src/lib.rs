@@ -56,8 +56,8 @@ pub use estimator::search::{Chosen, Combination, Search, Trial};
 pub use estimator::trainable::Trainable;
 pub use latency::{Latency, Stopwatch, milliseconds};
 pub use model::{
-    Card, FORMAT, Model, ModelInput, ModelKind, Predictions, Predictor, Quantized, Score, TrainedOn,
-    TrainingPart, Workspace,
+    Card, FORMAT, Model, ModelInput, ModelKind, OutsideRange, Predictions, Predictor, Quantized, Ranges,
+    Score, TrainedOn, TrainingPart, Workspace,
 };
 pub use problem::{Check, Problem, require, share, within};
 pub use progress::{Progress, Silent};

@@ -321,7 +321,8 @@ fn latencies_are_timed_again_and_scores_stay() {
     let (before, keys) = (results(), folder.keys().unwrap());
     let timing = |key: &FoldKey| out.join(format!("folds/{key}.timing.json"));
     let read = |path: &Path| -> Value { serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap() };
-    let first: Vec<&FoldKey> = keys.iter().filter(|key| !read(&timing(key))["whole_latency"].is_null()).collect();
+    let first: Vec<&FoldKey> =
+        keys.iter().filter(|key| !read(&timing(key))["whole_latency"].is_null()).collect();
     assert_eq!(first.len(), 3, "one of each row");
     for key in &first {
         let mut busy = read(&timing(key));
@@ -334,7 +335,10 @@ fn latencies_are_timed_again_and_scores_stay() {
         validation.run_in(&out, &options, &Silent, &AtomicBool::new(false))
     };
     let p50 = || {
-        first.iter().map(|key| read(&timing(key))["whole_latency"]["p50_ms"].as_f64().unwrap()).fold(0.0, f64::max)
+        first
+            .iter()
+            .map(|key| read(&timing(key))["whole_latency"]["p50_ms"].as_f64().unwrap())
+            .fold(0.0, f64::max)
     };
     again(false).unwrap();
     assert_eq!(p50(), 1e6);

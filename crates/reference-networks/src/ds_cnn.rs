@@ -54,7 +54,10 @@ impl Architecture for DsCnnConfig {
             .conv_bn_relu("stem", Conv::new(FILTERS, 10).stride(2).pad(4).no_bias());
         for i in 0..BLOCKS {
             x = x
-                .conv_bn_relu(&format!("blocks.{i}.depthwise"), Conv::new(FILTERS, 3).same().groups(FILTERS).no_bias())
+                .conv_bn_relu(
+                    &format!("blocks.{i}.depthwise"),
+                    Conv::new(FILTERS, 3).same().groups(FILTERS).no_bias(),
+                )
                 .conv_bn_relu(&format!("blocks.{i}.pointwise"), Conv::new(FILTERS, 1).no_bias());
         }
         net.finish(&[("logits", x.global_average_pool().linear("fc", classes))])

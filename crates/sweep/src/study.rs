@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
+use taxel_base::files::read_text;
 use toml::{Table, Value};
 
 use crate::error::{Error, Result};
@@ -87,13 +88,16 @@ pub enum Draw {
     Choice(Vec<Value>),
 }
 
+/// Most bytes of a study.
+const MAX_BYTES: u64 = 1 << 20;
+
 impl Study {
     /// Reads `path`.
     ///
     /// # Errors
     /// A file that cannot be read, an unknown key, no config.
     pub fn load(path: &Path) -> Result<Self> {
-        let text = std::fs::read_to_string(path).map_err(|e| Error::io(path, "read", e))?;
+        let text = read_text(path, MAX_BYTES).map_err(|e| Error::io(path, "read", e))?;
         let refuse = |reason: String| Error::file(path, reason);
         let mut study: Study = toml::from_str(&text).map_err(|e| refuse(e.to_string().trim().into()))?;
         study.file = path.into();

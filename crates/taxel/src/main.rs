@@ -98,11 +98,22 @@ enum Command {
     Completions(commands::completions::Completions),
 }
 
+/// Stack of the thread that runs a command, in bytes; that of the main thread is as small as `ulimit -s` makes it.
+const STACK: usize = 8 << 20;
+
 fn main() -> ExitCode {
-    terminal::guarded(command).unwrap_or_else(|error| {
+    let failed = |error: &dyn std::fmt::Display| {
         messages::error(error);
         ExitCode::from(FAILED)
-    })
+    };
+    if let Err(error) = terminal::hear_file_limit() {
+        return failed(&error);
+    }
+    let run = move || terminal::guarded(command).unwrap_or_else(|error| failed(&error));
+    match std::thread::Builder::new().name("main".into()).stack_size(STACK).spawn(run) {
+        Ok(thread) => thread.join().unwrap_or(ExitCode::from(FAILED)),
+        Err(error) => failed(&error),
+    }
 }
 
 fn command() -> CommandResult {

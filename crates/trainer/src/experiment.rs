@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use taxel_base::files::{read_bytes, read_text};
 use taxel_learn::Problem;
 use taxel_zoo::Registry;
 use toml::{Table, Value};
@@ -39,6 +40,9 @@ pub struct Experiment {
     quick: bool,
 }
 
+/// Most bytes of a config.
+const MAX_BYTES: u64 = 1 << 20;
+
 impl Experiment {
     /// Reads the config file at `path`; networks are those of `registry`.
     ///
@@ -46,7 +50,7 @@ impl Experiment {
     /// A file that cannot be read or is not TOML, an unknown key, a value of the wrong type or
     /// outside its range: with file, line and what would do.
     pub fn load(path: &Path, overrides: &Overrides, registry: &Registry) -> Result<Self> {
-        let text = std::fs::read_to_string(path).map_err(|e| Error::io(path, "read", e))?;
+        let text = read_text(path, MAX_BYTES).map_err(|e| Error::io(path, "read", e))?;
         let mut experiment = Self::parse(&text, &path.display().to_string(), overrides, registry)?;
         let folder = path.parent().unwrap_or(Path::new(""));
         experiment.make_absolute(folder).map_err(|e| Error::io(path, "located", e))?;
@@ -157,7 +161,7 @@ impl Experiment {
         for network in 0..self.config.networks.len() {
             let of_network = self.network_path(network)?.map(|(_, path)| path);
             for path in of_network.into_iter().chain(self.weights_path(network)?) {
-                let bytes = std::fs::read(&path).map_err(|e| Error::io(&path, "read", e))?;
+                let bytes = read_bytes(&path).map_err(|e| Error::io(&path, "read", e))?;
                 hasher.update(blake3::hash(&bytes).as_bytes());
             }
         }

@@ -328,7 +328,9 @@ fn every_shipped_config_is_valid_in_full_and_quick() {
 #[test]
 fn a_published_score_may_have_no_spread() {
     let with = |accuracy: &str| {
-        set(&[&format!("networks.0.published={{ table = \"Rouhafzay et al. 2021, Table 6\", accuracy = {accuracy} }}")])
+        set(&[&format!(
+            "networks.0.published={{ table = \"Rouhafzay et al. 2021, Table 6\", accuracy = {accuracy} }}"
+        )])
     };
     let published = with("[78.57]").unwrap().config().networks[0].published.clone().unwrap();
     assert_eq!(published.accuracy, [78.57]);

@@ -7,7 +7,7 @@ use crate::error::Result;
 use crate::estimator::candidate::Candidate;
 use crate::estimator::estimator::{Fitted, Trained, TrainingSet};
 use crate::latency::Latency;
-use crate::model::{Card, FORMAT, Model, ModelInput, TrainedOn, TrainingPart};
+use crate::model::{Card, FORMAT, Model, ModelInput, Ranges, TrainedOn, TrainingPart};
 use crate::run::environment::COMMIT;
 use crate::run::model_latency::of_model;
 use crate::run::protocol::Protocol;
@@ -123,6 +123,7 @@ fn model(job: &FoldJob, dataset: &Dataset, fitted: &dyn Fitted, inputs: &[Input]
                 None => TrainingPart::Everything,
             },
             seed: job.seed,
+            ranges: ranges(dataset, &job.fold.train),
         },
         quantized: None,
         score: None,
@@ -132,4 +133,13 @@ fn model(job: &FoldJob, dataset: &Dataset, fitted: &dyn Fitted, inputs: &[Input]
     };
     let weights = fitted.tensors(&card.task);
     Model::new(card, weights)
+}
+
+/// Finds the ranges of the channels of the training samples.
+fn ranges(dataset: &Dataset, train: &[usize]) -> Ranges {
+    let (x, spec) = (dataset.x.as_standard_layout(), &dataset.spec);
+    let each = spec.shape.iter().product::<usize>().max(1);
+    let values = x.as_slice().unwrap_or_default();
+    let samples = train.iter().filter_map(|row| values.get(row * each..(row + 1) * each));
+    Ranges::of(samples, spec.layout, &spec.shape)
 }

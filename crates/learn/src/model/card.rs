@@ -15,6 +15,7 @@ use taxel_guard::Guard;
 
 use crate::encoding::Transform;
 use crate::metrics::{Levels, Metric, Scores, metrics};
+use crate::model::ranges::Ranges;
 use crate::run::protocol::Protocol;
 use crate::training::recipe::Recipe;
 
@@ -126,6 +127,9 @@ pub struct TrainedOn {
     pub part: TrainingPart,
     /// Seed of every random choice.
     pub seed: u64,
+    /// What the raw values of each channel were; empty in a model of an older version.
+    #[serde(default, skip_serializing_if = "Ranges::is_empty")]
+    pub ranges: Ranges,
 }
 
 /// Which part of a data set a model was trained on.
@@ -190,7 +194,7 @@ impl fmt::Display for Card {
         self.write_bits(f)?;
         self.write_inputs(f)?;
         self.write_task(f)?;
-        let TrainedOn { source, digest, samples, part, seed } = &self.trained_on;
+        let TrainedOn { source, digest, samples, part, seed, .. } = &self.trained_on;
         let part = match part {
             TrainingPart::Everything => "all of them".to_string(),
             TrainingPart::Fold { repetition, fold } => format!("repetition {repetition}, fold {fold}"),

@@ -71,6 +71,18 @@ impl Predictor {
         })
     }
 
+    /// Says which of raw samples `[n, ..]` hold values far outside those of the training; none where none does.
+    ///
+    /// # Errors
+    /// As [`Predictor::encode`], but that nothing is encoded.
+    pub fn range_warning(&self, x: &RawSamples) -> Result<Option<String>> {
+        let kept = self.kept(x)?;
+        let values = kept.as_standard_layout();
+        let each = self.card.spec.shape.iter().product::<usize>().max(1);
+        let samples = values.as_slice().unwrap_or_default().chunks(each);
+        Ok(self.card.trained_on.ranges.warning(samples, &self.card.spec.channel_names))
+    }
+
     /// Returns the card of the model.
     pub fn card(&self) -> &Card {
         &self.card

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use bytes::Bytes;
 use prost::Message;
+use taxel_base::files::read_bytes;
 use taxel_graph::{Activation, Graph, Op, Weights};
 
 use super::attributes::Call;
@@ -40,7 +41,7 @@ pub struct Imported {
 /// A file that is missing, damaged, or holds what no network of taxel can be: by node and operation.
 pub fn read(path: &Path) -> Result<Imported> {
     let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
-    let read = || from_bytes(std::fs::read(path)?, &name, Some(path.parent().unwrap_or(Path::new(""))));
+    let read = || from_bytes(read_bytes(path)?, &name, Some(path.parent().unwrap_or(Path::new(""))));
     read().map_err(|cause| Error::new(path, cause))
 }
 

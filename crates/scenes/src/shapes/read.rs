@@ -11,6 +11,7 @@ use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
 use taxel_base::FileError;
+use taxel_base::files::read_bytes;
 
 use super::mesh::{MOST_TRIANGLES, Mesh};
 use super::vector::Vector;
@@ -99,7 +100,7 @@ pub(crate) fn mesh(file: &Path, diagonal: f64) -> Result<Mesh> {
         }
         Ok(_) => {}
     }
-    let bytes = match fs::read(file) {
+    let bytes = match read_bytes(file) {
         Ok(bytes) => bytes,
         Err(error) => return refuse(file, format!("cannot be read: {error}")),
     };

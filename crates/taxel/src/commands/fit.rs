@@ -15,7 +15,7 @@ use crate::commands::arguments::output_format::OutputFormat;
 use crate::commands::arguments::paths::check_model_output;
 use crate::commands::arguments::threads::Threads;
 use crate::commands::judging::choice;
-use crate::terminal::interrupt::{INTERRUPTED, flag};
+use crate::terminal::interrupt::{GRACE, INTERRUPTED, flag};
 use crate::terminal::messages::{detail, note};
 use crate::terminal::progress::progress;
 use crate::{out, outln};
@@ -80,7 +80,7 @@ struct Training {
 
 impl Fit {
     pub fn run(self) -> CommandResult {
-        let cancel = flag()?;
+        let cancel = flag(GRACE)?;
         let registry = Registry::built_in();
         check_model_output(&self.output)?;
         let training = if self.from.is_dir() { self.of_run(&registry)? } else { self.of_config(&registry)? };

@@ -12,7 +12,7 @@ use crate::CommandResult;
 use crate::commands::arguments::option_hints::with_option_hint;
 use crate::commands::arguments::output_format::OutputFormat;
 use crate::commands::arguments::threads::Threads;
-use crate::terminal::interrupt::{INTERRUPTED, flag};
+use crate::terminal::interrupt::{GRACE, INTERRUPTED, flag};
 use crate::terminal::messages::{self, detail, note};
 use crate::terminal::progress::progress;
 use crate::{out, outln};
@@ -77,7 +77,7 @@ pub struct RunExperiments {
 
 impl RunExperiments {
     pub fn run(self) -> CommandResult {
-        let cancel = flag()?;
+        let cancel = flag(GRACE)?;
         let registry = Registry::built_in();
         let set = self.set.iter().cloned().chain(settings(&self.read_options)).collect();
         let overrides =

@@ -12,7 +12,7 @@ use crate::CommandResult;
 use crate::commands::arguments::output_format::OutputFormat;
 use crate::commands::arguments::threads::Threads;
 use crate::commands::judging::choice;
-use crate::terminal::interrupt::{INTERRUPTED, flag};
+use crate::terminal::interrupt::{GRACE, INTERRUPTED, flag};
 use crate::terminal::messages::note;
 use crate::terminal::progress::progress;
 use crate::terminal::tables;
@@ -85,7 +85,7 @@ pub struct Shrink {
 
 impl Shrink {
     pub fn run(self) -> CommandResult {
-        let cancel = flag()?;
+        let cancel = flag(GRACE)?;
         let registry = Registry::built_in();
         let folder = RunFolder::open(&self.run)?;
         let (experiment, dataset) = taxel::experiment::open(&folder, &registry)?;

@@ -4,13 +4,11 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Duration;
 
-use super::interrupt::INTERRUPTED;
+use super::interrupt::{GRACE, INTERRUPTED};
 use super::messages::note;
 
 /// Exit code of work that was saved and has to be started again (`EX_TEMPFAIL`).
 const AGAIN: u8 = 75;
-/// Time that an epoch may take after the first signal: schedulers kill half a minute after it.
-const GRACE: Duration = Duration::from_secs(20);
 
 /// Ends the process with these words at Ctrl-C (or SIGTERM): for commands that write whole files and nothing else.
 pub fn leave_with(words: &'static str) -> Result<(), ctrlc::Error> {

@@ -18,7 +18,7 @@ use crate::arrays::write;
 use crate::commands::arguments::model_recordings::ModelRecordings;
 use crate::commands::arguments::threads::Threads;
 use crate::out;
-use crate::terminal::messages::note;
+use crate::terminal::messages::{note, warn};
 use crate::terminal::tables;
 
 /// Predicts the classes of recordings with a model that `taxel fit` made, or one of a run folder's models/.
@@ -95,6 +95,9 @@ impl Predict {
         }
         let refuse = |e| format!("{}: {e}", self.data.display());
         let predictions = predictor.predict(&x).map_err(refuse)?;
+        if let Some(words) = predictor.range_warning(&x).map_err(refuse)? {
+            warn(format!("{}: {words}", self.data.display()));
+        }
         let replaced = match predictor.guard() {
             Some(guard) => Some(Replaced::new(guard.clone(), predictor.found(&x).map_err(refuse)?)),
             None => None,

@@ -22,6 +22,8 @@ use crate::terminal::interrupt::flag;
 use crate::terminal::messages::{unwritable, warn};
 use output::{DecisionWriter, StreamSummary};
 
+/// Time to write the last decision and the summary after a signal.
+const GRACE: Duration = Duration::from_secs(2);
 /// Time without a time step after which signals are looked for.
 const QUIET: Duration = Duration::from_millis(20);
 /// Difference between the rates of stream and model, as a share, from which on a warning is printed.
@@ -140,7 +142,7 @@ enum End {
 
 impl Stream {
     pub fn run(self) -> CommandResult {
-        let cancel = flag()?;
+        let cancel = flag(GRACE)?;
         if self.rate.is_some_and(|rate| !(rate > 0.0 && rate.is_finite())) {
             return Err("--rate is in readings per second (Hz), above 0".into());
         }
