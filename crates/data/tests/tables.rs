@@ -322,8 +322,8 @@ fn a_broken_long_table_names_recording_and_lines() {
         "lines 2 and 5 are both recording \"x\", but label is \"up\" and \"down\"; say one for all its rows"
     ));
     assert!(
-        long(&LONG.replace("x,20", "x,10"))
-            .contains("line 5: the time of recording \"x\" goes from 10 to 10 ms")
+        long(&LONG.replace("x,20", "x,5"))
+            .contains("line 5: recording \"x\" has a time that goes back, from 10 to 5")
     );
     assert!(
         long(&LONG.replace("x,20", "x,noon")).contains("line 5, column time_ms: \"noon\" is no time stamp")

@@ -1,5 +1,6 @@
 //! Reads the cells of a table in CSV or Parquet, with the place of each for messages.
 
+use crate::dataset::precision::Precision;
 use crate::formats::csv_file;
 #[cfg(feature = "parquet")]
 use crate::formats::parquet_file::ParquetFile;
@@ -25,9 +26,11 @@ enum RowSource {
     Parquet(Vec<ParquetFile>),
 }
 
-/// One row; `line` is its line in CSV, its number in Parquet.
+/// One row; `line` is its line in CSV, its number in its file of Parquet.
 pub(crate) struct TableRow<'t> {
     pub line: u64,
+    /// The file that holds it.
+    pub file: &'t str,
     record: &'t csv::StringRecord,
     table: &'t TableText,
 }
@@ -89,6 +92,27 @@ impl TableText {
         Ok(Self { file, header, rows: RowSource::Csv { text, separator } })
     }
 
+    /// Checks whether a column holds numbers of more than 32 bits.
+    pub fn is_wide(&self, at: usize) -> bool {
+        match &self.rows {
+            RowSource::Csv { .. } => true,
+            #[cfg(feature = "parquet")]
+            RowSource::Parquet(files) => files.iter().any(|file| file.is_wide(at)),
+        }
+    }
+
+    /// Refuses channels whose signal f32 does not hold; `channels` are their columns.
+    pub fn refuse_lossy(&self, precision: &Precision, channels: &[usize]) -> Result<()> {
+        let Some(lossy) = precision.lossy() else { return Ok(()) };
+        let name = channels.get(lossy.channel).map_or("", |at| &self.header[*at]);
+        Err(self.refuse(format!("column {name:?} {lossy} with table.ignore")))
+    }
+
+    /// Checks whether rows are lines of text.
+    pub fn is_text(&self) -> bool {
+        matches!(self.rows, RowSource::Csv { .. })
+    }
+
     /// Names the format of the values.
     pub fn dtype(&self) -> &'static str {
         match self.rows {
@@ -120,7 +144,8 @@ impl TableText {
             #[cfg(feature = "parquet")]
             RowSource::Parquet(files) => {
                 for file in files {
-                    if !file.rows(|line, record| take(TableRow { line, record, table: self }))? {
+                    let name = file.name();
+                    if !file.rows(|line, record| take(TableRow { line, file: name, record, table: self }))? {
                         break;
                     }
                 }
@@ -141,7 +166,7 @@ impl TableText {
             if std::mem::take(&mut is_header) {
                 continue;
             }
-            if !take(TableRow { line, record: &record, table: self })? {
+            if !take(TableRow { line, file: &self.file, record: &record, table: self })? {
                 break;
             }
         }
@@ -184,6 +209,11 @@ impl TableRow<'_> {
         self.text(at).parse().map_err(|_| self.no_number(at))
     }
 
+    /// Reads a number of 64 bits.
+    pub fn long_number(&self, at: usize) -> Result<f64> {
+        self.text(at).parse().map_err(|_| self.no_number(at))
+    }
+
     /// Reads a time stamp, which is finite.
     pub fn stamp(&self, at: usize) -> Result<f64> {
         let stamp = self.text(at).parse::<f64>().ok().filter(|stamp| stamp.is_finite());
@@ -213,8 +243,19 @@ impl TableRow<'_> {
     }
 
     fn refuse(&self, at: usize, why: &'static str) -> Error {
-        let (line, column) = (self.line, &self.table.header[at]);
+        let column = &self.table.header[at];
         let text: String = self.text(at).chars().take(40).collect();
-        self.table.refuse(format!("line {line}, column {column}: {text:?} {why}"))
+        Error::file(self.file, format!("{}, column {column}: {text:?} {why}", self.place()))
+    }
+
+    /// Names its place in its file: a line of text, a row of Parquet.
+    pub fn place(&self) -> String {
+        let kind = if self.table.is_text() { "line" } else { "row" };
+        format!("{kind} {}", self.line)
+    }
+
+    /// Refuses the row.
+    pub fn refused(&self, why: &str) -> Error {
+        Error::file(self.file, format!("{}: {why}", self.place()))
     }
 }
