@@ -47,8 +47,9 @@ fn a_signal_that_f32_holds_is_read_and_so_is_a_channel_that_does_not_change() {
 fn one_recording_is_watched_along_its_channels() {
     let folder = tempdir().unwrap();
     let path = folder.path().join("press.npy");
-    let values: Vec<u8> =
-        (0..100).flat_map(|i| (if i < 50 { 0.0 } else { 1e8 } + f64::from(i % 50) * 0.02).to_le_bytes()).collect();
+    let values: Vec<u8> = (0..100)
+        .flat_map(|i| (if i < 50 { 0.0 } else { 1e8 } + f64::from(i % 50) * 0.02).to_le_bytes())
+        .collect();
     std::fs::write(&path, npy("<f8", false, &[2, 50], &values)).unwrap();
     let message = recordings(&path, &ReadOptions::default(), 2).unwrap_err().to_string();
     assert!(message.contains("press.npy: channel 1 "), "{message}");

@@ -96,7 +96,8 @@ mod tests {
 
     #[test]
     fn a_thousandth_of_the_spread_may_be_lost() {
-        let ramp = |offset: f64, step: f64| (0..100).map(|i| offset + step * f64::from(i)).collect::<Vec<_>>();
+        let ramp =
+            |offset: f64, step: f64| (0..100).map(|i| offset + step * f64::from(i)).collect::<Vec<_>>();
         assert_eq!(lossy(&ramp(1e6, 0.01)), Some(1), "up to 0.03 of 1");
         assert_eq!(lossy(&ramp(1e6, 1.0)), None, "whole numbers are exact");
         assert_eq!(lossy(&ramp(1e5, 0.37)), None, "0.004 of 37");
