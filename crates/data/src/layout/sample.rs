@@ -24,5 +24,6 @@ pub(crate) fn one(header: &npy::Header, reader: &mut dyn Read, at: &str, limits:
         hash: None,
         dtype: header.dtype.clone(),
         channel_names: vec![],
+        is_turned: false,
     })
 }
