@@ -78,15 +78,10 @@ fn read(root: &Path, found: &FoundFiles, options: &ReadOptions) -> Result<Record
     read_as.extend(mended.said());
     read_as.extend(timing.map(|timing| timing.to_string()));
     Ok(Recorded {
-        x,
-        dtype: "json".into(),
-        layout: Some(Layout::Series),
-        row_hash: vec![],
-        origins,
         rate: timing.map(|timing| timing.rate()),
         read_as,
-        topics: vec![],
         channel_names,
+        ..Recorded::of(x, "json".into(), Some(Layout::Series), origins)
     })
 }
 
@@ -201,8 +196,8 @@ struct TimeStep {
 }
 
 impl TimeStep {
-    fn reader(&mut self) -> JsonNumbers<'_, f64> {
-        JsonNumbers { out: &mut self.numbers, convert: |number| number, wanted: None, most: MAX_NUMBERS }
+    fn reader(&mut self) -> JsonNumbers<'_> {
+        JsonNumbers { out: &mut self.numbers, most: MAX_NUMBERS }
     }
 }
 

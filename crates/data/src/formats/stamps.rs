@@ -38,6 +38,15 @@ impl Mended {
         self.wraps += other.wraps;
     }
 
+    /// Says that too many time steps of a recording repeat a stamp.
+    pub fn checked(self) -> Result<Self, String> {
+        let Self { steps, repeated, .. } = self;
+        if repeated == 0 || steps - repeated > 1 && (repeated == 1 || repeated * REPEATED <= steps) {
+            return Ok(self);
+        }
+        Err(format!("{repeated} of the {steps} time steps"))
+    }
+
     /// Says what was done; nothing where nothing was.
     pub fn said(&self) -> Vec<String> {
         let Self { steps, repeated, wraps } = *self;
@@ -143,15 +152,11 @@ impl StampRule {
 
     /// Returns what was done, or says that too many stamps repeat.
     pub fn finish(&self) -> Result<Mended, String> {
-        let Mended { steps, repeated, .. } = self.mended;
-        if repeated == 0 || steps - repeated > 1 && (repeated == 1 || repeated * REPEATED <= steps) {
-            return Ok(self.mended);
-        }
-        Err(format!("{repeated} of the {steps} time steps"))
+        self.mended.checked()
     }
 }
 
-/// How to fix a clock that stands still, after the words of [`StampRule::finish`].
+/// Ends the words of [`Mended::checked`], after the name of a recording.
 pub(crate) const TOO_MANY: &str =
     "repeat the stamp before them, more than one in ten: the clock is too coarse";
 

@@ -5,7 +5,8 @@
 //!
 //! Crates for CDR need types that are known at compile time; these come with the bag.
 
-use crate::formats::bag::ros_type::{FieldType, Many, MessageType, Number, RosType};
+use crate::formats::bag::numbers::Numbers;
+use crate::formats::bag::ros_type::{FieldType, Many, MessageField, MessageType, Number, RosType};
 
 /// Most types within types of a definition that does not go in circles.
 const MAX_DEPTH: usize = 24;
@@ -15,6 +16,8 @@ pub(crate) struct Cdr<'d> {
     data: &'d [u8],
     at: usize,
     is_big: bool,
+    /// The texts of a list called `name` at the top: those of the joints of `sensor_msgs/JointState`.
+    pub labels: Vec<String>,
 }
 
 /// The reason why a message cannot be read.
@@ -26,7 +29,9 @@ impl<'d> Cdr<'d> {
     /// Reads the head of a message.
     pub fn new(message: &'d [u8]) -> Result<Self, Broken> {
         match message {
-            [0, order @ (0 | 1), _, _, data @ ..] => Ok(Self { data, at: 0, is_big: *order == 0 }),
+            [0, order @ (0 | 1), _, _, data @ ..] => {
+                Ok(Self { data, at: 0, is_big: *order == 0, labels: vec![] })
+            }
             [_, _, _, _, ..] => Err("is not in plain CDR of version 1"),
             _ => Err(SHORT),
         }
@@ -38,7 +43,7 @@ impl<'d> Cdr<'d> {
         &mut self,
         message: &MessageType,
         wanted: &[&str],
-        out: &mut Vec<f32>,
+        out: &mut Numbers,
     ) -> Result<(), Broken> {
         self.of_type(message, &message.types[0], wanted, Some(out), 0)
     }
@@ -48,7 +53,7 @@ impl<'d> Cdr<'d> {
         message: &MessageType,
         ros_type: &RosType,
         wanted: &[&str],
-        mut out: Option<&mut Vec<f32>>,
+        mut out: Option<&mut Numbers>,
         depth: usize,
     ) -> Result<(), Broken> {
         if depth > MAX_DEPTH {
@@ -70,7 +75,9 @@ impl<'d> Cdr<'d> {
             if count > self.data.len() - self.at {
                 return Err(SHORT);
             }
-            for _ in 0..count {
+            let outside = out.as_deref_mut().map_or(0, |out| out.enter(&field.name));
+            for place in 0..count {
+                let before = out.as_deref_mut().map_or(0, |out| self.enter(out, field, place, count, depth));
                 match field.of {
                     FieldType::Number(number) => {
                         let value = self.number(number)?;
@@ -78,16 +85,43 @@ impl<'d> Cdr<'d> {
                             out.push(value);
                         }
                     }
-                    FieldType::Text => drop(self.text()?),
+                    FieldType::Text => {
+                        let text = self.text()?;
+                        if depth == 0 && field.name == "name" && field.many != Many::One {
+                            self.labels.push(String::from_utf8_lossy(text).into_owned());
+                        }
+                    }
                     FieldType::Of(place) => {
                         let next = &message.types[place];
                         let out = out.as_deref_mut().filter(|_| is_wanted && !next.is_about);
                         self.of_type(message, next, wanted, out, depth + 1)?;
                     }
                 }
+                if let Some(out) = &mut out {
+                    out.leave(before);
+                }
+            }
+            if let Some(out) = &mut out {
+                out.leave(outside);
             }
         }
         Ok(())
+    }
+
+    /// Goes to a place of a field: by its label where there is one for each of a list, `position.elbow`, else by its number.
+    fn enter(
+        &self,
+        out: &mut Numbers,
+        field: &MessageField,
+        place: usize,
+        count: usize,
+        depth: usize,
+    ) -> usize {
+        match (field.many, self.labels.get(place)) {
+            (Many::One, _) => out.enter_nothing(),
+            (_, Some(label)) if depth == 0 && self.labels.len() == count => out.enter(label),
+            _ => out.enter_place(place),
+        }
     }
 
     fn take(&mut self, size: usize) -> Result<&'d [u8], Broken> {
@@ -112,16 +146,16 @@ impl<'d> Cdr<'d> {
         self.bits(1).map(|bits| bits as u8)
     }
 
-    fn number(&mut self, number: Number) -> Result<f32, Broken> {
+    fn number(&mut self, number: Number) -> Result<f64, Broken> {
         let bits = self.bits(number.size())?;
         Ok(match number {
-            Number::Uint(_) => bits as f32,
+            Number::Uint(_) => bits as f64,
             Number::Int(size) => {
                 let unused = 64 - 8 * size as u32;
-                ((bits << unused) as i64 >> unused) as f32
+                ((bits << unused) as i64 >> unused) as f64
             }
-            Number::F32 => f32::from_bits(bits as u32),
-            Number::F64 => f64::from_bits(bits) as f32,
+            Number::F32 => f32::from_bits(bits as u32).into(),
+            Number::F64 => f64::from_bits(bits),
         })
     }
 
@@ -143,11 +177,11 @@ impl<'d> Cdr<'d> {
 mod tests {
     use super::*;
 
-    fn numbers(text: &str, wanted: &[&str], bytes: &[u8]) -> Result<Vec<f32>, Broken> {
+    fn numbers(text: &str, wanted: &[&str], bytes: &[u8]) -> Result<Vec<f64>, Broken> {
         let message = MessageType::parse("own/msg/Press", text).unwrap();
-        let mut out = vec![];
+        let mut out = Numbers::default();
         Cdr::new(bytes)?.numbers(&message, wanted, &mut out)?;
-        Ok(out)
+        Ok(out.values)
     }
 
     #[test]
@@ -169,7 +203,7 @@ mod tests {
         let many = [&[0, 1, 0, 0][..], &[0xFF; 40]].concat();
         assert_eq!(numbers("Self[] a\n===\nMSG: own/Self\nfloat64[3] b", &[], &many), Err(SHORT));
         let within = MessageType::parse("own/msg/A", "B b\n===\nMSG: own/B\nB b").unwrap();
-        let broken = Cdr::new(&many).unwrap().numbers(&within, &[], &mut vec![]);
+        let broken = Cdr::new(&many).unwrap().numbers(&within, &[], &mut Numbers::default());
         assert_eq!(broken, Err("is of a type within itself"));
         assert!(Cdr::new(&[0, 7, 0, 0, 1]).is_err_and(|why| why.contains("version 1")));
     }
