@@ -29,7 +29,7 @@ fn json(texts: &[String]) -> Messages {
 fn json_messages_are_read_by_key() {
     let text = |at: usize, t: usize| {
         let (a, b) = (format!("\"left\": [{t}, 5]"), format!("\"right\": {{\"force\": {}}}", 100 + t));
-        if (at + t) % 2 == 0 { format!("{{{a}, {b}}}") } else { format!("{{{b}, {a}}}") }
+        if (at + t).is_multiple_of(2) { format!("{{{a}, {b}}}") } else { format!("{{{b}, {a}}}") }
     };
     let root = set(None, |at| json(&(0..6).map(|t| text(at, t)).collect::<Vec<_>>()));
     let data = load(root.path(), &ReadOptions::default()).unwrap();
@@ -105,8 +105,11 @@ const JOINTS: Definition = (
 #[test]
 fn joints_are_read_by_their_names() {
     let message = |t: u64| {
-        let (names, values) =
-            if t % 2 == 0 { (["elbow", "wrist"], [1.0, 2.0]) } else { (["wrist", "elbow"], [2.0, 1.0]) };
+        let (names, values) = if t.is_multiple_of(2) {
+            (["elbow", "wrist"], [1.0, 2.0])
+        } else {
+            (["wrist", "elbow"], [2.0, 1.0])
+        };
         let cdr = Cdr::default().header().word(2).text(names[0]).text(names[1]).word(2);
         let cdr = values.iter().fold(cdr, |cdr, value| cdr.f64(*value));
         (10 * t, cdr.word(0).word(0).finish())
@@ -115,6 +118,16 @@ fn joints_are_read_by_their_names() {
     let data = load(root.path(), &ReadOptions::default()).unwrap();
     assert_eq!(data.spec.channel_names, ["position.elbow", "position.wrist"]);
     assert!(data.x.as_slice().unwrap()[..12] == [[1.0; 6], [2.0; 6]].concat(), "{:?}", data.x);
+    let text = |t: usize| match t % 2 {
+        0 => r#"{"name": ["elbow", "wrist"], "position": [1, 2]}"#.to_string(),
+        _ => r#"{"position": [2, 1], "name": ["wrist", "elbow"]}"#.to_string(),
+    };
+    let root = set(None, |_| json(&(0..6).map(text).collect::<Vec<_>>()));
+    for topics in [vec![], vec!["/skin.position".to_string()]] {
+        let data = load(root.path(), &ReadOptions { topics, ..ReadOptions::default() }).unwrap();
+        assert_eq!(data.spec.channel_names, ["position.elbow", "position.wrist"]);
+        assert!(data.x.as_slice().unwrap()[..12] == [[1.0; 6], [2.0; 6]].concat(), "{:?}", data.x);
+    }
 }
 
 #[test]
@@ -212,6 +225,8 @@ fn colours_over_time_are_grey_or_frames_as_the_layout_says() {
     assert_eq!(grey.x.shape(), [4, 4, 2, 3]);
     let said = check_with(root.path(), &of(Layout::Sequence)).unwrap().read_as.join("; ");
     assert!(said.contains("colours as grey"), "{said}");
+    std::fs::write(root.path().join("labels.json"), r#"{"layout": "colour"}"#).unwrap();
+    assert_eq!(load(root.path(), &ReadOptions::default()).unwrap().x.shape(), [16, 3, 2, 3]);
     let frames = load(root.path(), &of(Layout::Colour)).unwrap();
     assert_eq!((frames.x.shape(), frames.spec.layout), (&[16, 3, 2, 3][..], Layout::Colour));
     assert_eq!(frames.groups.unwrap()[3..5], [0, 1], "frames of one bag stay together");

@@ -217,6 +217,65 @@ fn an_episode_that_begins_again_in_its_file_is_two_episodes() {
 }
 
 #[test]
+fn an_episode_that_comes_again_after_others_is_two_episodes() {
+    let root = tempdir().unwrap();
+    third(root.path(), "task", &[(0, "soft"), (1, "hard")], |episode| episode % 2);
+    let mut columns = episode(3, 0, 2 * ROWS);
+    let numbers = (0..2 * ROWS).map(|row| if (ROWS / 2..ROWS).contains(&row) { 2 } else { 3 }).collect();
+    columns[2].1 = Column::Int(numbers);
+    columns.insert(0, ("observation.state", Column::List(vec![vec![1.0, 2.0]; 2 * ROWS])));
+    columns.retain(|(name, _)| *name != "index");
+    parquet(&root.path().join("data/chunk-000/file-000.parquet"), &columns);
+    let message = refused(root.path(), &ReadOptions::default());
+    assert!(
+        message.starts_with(&format!("data/chunk-000/file-000.parquet: row {}: ", ROWS + 1)),
+        "{message}"
+    );
+    assert!(message.contains("two episodes have one number"), "{message}");
+}
+
+#[test]
+fn signals_of_64_bits_on_a_large_offset_are_refused_by_column() {
+    let root = tempdir().unwrap();
+    let values =
+        |offset: f64| Column::Double((0..40).map(|row| offset + f64::from(row % 10) * 0.01).collect());
+    let table = |offset| {
+        let path = root.path().join("presses.parquet");
+        let recording = Column::Int((0..40).map(|row| row / 10).collect());
+        let label = Column::Text((0..40).map(|row| ["soft", "hard"][row / 10 % 2].to_string()).collect());
+        parquet(&path, &[("recording", recording), ("depth", values(offset)), ("label", label)]);
+        load(&path, &ReadOptions::default()).map_err(|e| e.to_string())
+    };
+    table(1000.0).unwrap();
+    let message = table(1e7).unwrap_err();
+    assert!(message.contains("column \"depth\" goes from") && message.contains("offset"), "{message}");
+}
+
+#[test]
+fn time_stamps_of_parquet_have_the_unit_of_their_type() {
+    let root = tempdir().unwrap();
+    let path = root.path().join("presses.parquet");
+    for (unit, per_second) in [("MILLIS", 1000), ("MICROS", 1_000_000), ("NANOS", 1_000_000_000)] {
+        let stamps = || (0..40).map(|row| (1_795_363_200 * 100 + row % 10) * per_second / 100).collect();
+        let columns = [
+            ("recording", Column::Int((0..40).map(|row| row / 10).collect())),
+            ("time", Column::Stamp(stamps(), unit)),
+            ("force", Column::Float((0..40).map(|row| row as f32).collect())),
+            ("received", Column::Stamp(stamps(), unit)),
+            ("label", Column::Text((0..40).map(|row| ["soft", "hard"][row / 10 % 2].to_string()).collect())),
+        ];
+        parquet(&path, &columns);
+        let data = load(&path, &ReadOptions::default()).unwrap();
+        assert_eq!((data.x.shape(), data.spec.rate), (&[4, 1, 10][..], Some(100.0)), "{unit}");
+        assert_eq!(
+            check(&path).unwrap().other_arrays,
+            ["received"],
+            "a date is no channel, and that is said"
+        );
+    }
+}
+
+#[test]
 fn a_column_of_time_that_is_to_be_ignored_is_and_actions_stay_out() {
     let root = tempdir().unwrap();
     info(root.path(), "v2.1", FEATURES);

@@ -335,7 +335,7 @@ fn a_broken_long_table_names_recording_and_lines() {
     );
     // A gap that no memory would hold.
     let far = "recording,time,a,label\nx,0,1,u\nx,0.001,1,u\nx,0.002,1,u\nx,1e15,2,u\ny,0,1,d\n";
-    assert!(long(far).contains("most of them in gaps of up to 1000000000000000.000 s"), "{}", long(far));
+    assert!(long(far).contains("most of them in gaps of up to 1.000e15 s"), "{}", long(far));
     for (first, last) in [("-1e308", "1e308"), ("0", "1e-310"), ("0", "1e300")] {
         let stamps = format!("recording,time,a,label\nx,{first},1,u\nx,{last},1,u\ny,0,1,d\n");
         assert!(long(&stamps).contains("its time stamps give no rate, being"), "{}", long(&stamps));

@@ -345,7 +345,7 @@ impl Header {
                 return Ok(value as i64);
             }
             let why = format!("is not a whole number; {wanted}");
-            Err(self.refuse_value(at, flat, value.to_string(), why))
+            Err(self.refuse_value(at, flat, format!("{value:?}"), why))
         };
         match self.size {
             4 => self.values(reader, at, cap, |flat, b| whole(flat, f32::from_le_bytes(b).into())),

@@ -2,12 +2,15 @@
 
 use crate::formats::parquet_cells::{CellShape, wide};
 use crate::formats::parquet_pages::Page;
+use crate::formats::table::options::Clock;
 use crate::options::Limits;
 use crate::{Error, Result};
 use bytes::Bytes;
+use parquet::basic::{ConvertedType, LogicalType, TimeUnit};
 use parquet::errors::ParquetError;
 use parquet::file::reader::{ChunkReader, FileReader, Length, SerializedFileReader};
 use parquet::record::Field;
+use parquet::schema::types::Type;
 use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
@@ -28,6 +31,8 @@ pub(crate) struct ParquetFile {
     path: PathBuf,
     /// Columns by name, and how the values of each lie in a row.
     columns: Vec<(String, CellShape)>,
+    /// Units of the columns of the type TIMESTAMP.
+    clocks: Vec<(String, Clock)>,
     /// Whether each of these values has more than 32 bits.
     is_wide: Vec<bool>,
     /// Number of rows, as its heads say.
@@ -44,6 +49,7 @@ impl ParquetFile {
             file: file.clone(),
             path: path.into(),
             columns: vec![],
+            clocks: vec![],
             is_wide: vec![],
             rows: 0,
             bytes: 0,
@@ -56,6 +62,9 @@ impl ParquetFile {
             return Err(limits.too_large(&file, &[samples as usize], hint));
         }
         opened.refuse_unlikely(&reader)?;
+        let fields = reader.metadata().file_metadata().schema().get_fields();
+        opened.clocks =
+            fields.iter().filter_map(|field| Some((field.name().into(), clock(field)?))).collect();
         opened.rows = usize::try_from(samples).unwrap_or(0);
         opened.bytes = path.metadata().map_or(0, |about| about.len() as usize);
         let (mut columns, mut is_wide) = (vec![], vec![]);
@@ -96,6 +105,11 @@ impl ParquetFile {
         let mut names = vec![];
         self.columns.iter().for_each(|(name, shape)| shape.name(name, &mut names));
         names
+    }
+
+    /// Returns the unit of a column of the type TIMESTAMP; none of another column.
+    pub fn clock(&self, column: &str) -> Option<Clock> {
+        self.clocks.iter().find(|(name, _)| name == column).map(|(_, clock)| *clock)
     }
 
     /// Checks whether a column of the header holds numbers of more than 32 bits.
@@ -168,6 +182,21 @@ impl ParquetFile {
             }
         }
         Ok(())
+    }
+}
+
+/// Returns the unit of a column of the type TIMESTAMP.
+fn clock(field: &Type) -> Option<Clock> {
+    let about = field.get_basic_info();
+    match (about.logical_type_ref(), about.converted_type()) {
+        (Some(LogicalType::Timestamp(of)), _) => Some(match of.unit {
+            TimeUnit::MILLIS => Clock::Milliseconds,
+            TimeUnit::MICROS => Clock::Microseconds,
+            TimeUnit::NANOS => Clock::Nanoseconds,
+        }),
+        (_, ConvertedType::TIMESTAMP_MILLIS) => Some(Clock::Milliseconds),
+        (_, ConvertedType::TIMESTAMP_MICROS) => Some(Clock::Microseconds),
+        _ => None,
     }
 }
 

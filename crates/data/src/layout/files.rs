@@ -49,7 +49,8 @@ pub(crate) fn read(place: &Place, found: FoundFiles, options: &ReadOptions) -> R
     refuse_array_options(&file, format, &found, options)?;
     refuse_resize(&file, format, options)?;
     options.limits.refuse_samples(&file, found.files.len() as u64)?;
-    let recorded = match format.read_together(root, &found, options) {
+    let stated = ReadOptions { layout: options.layout.or(found.facts.layout), ..options.clone() };
+    let recorded = match format.read_together(root, &found, &stated) {
         Some(recorded) => recorded?,
         None => one_by_one(root, &found, format, &first, options)?,
     };

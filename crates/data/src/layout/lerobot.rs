@@ -58,7 +58,7 @@ impl Reader for LeRobot {
             return Err(Error::NoSamples { at: file });
         }
         let features = Features::read(path, &options.limits)?;
-        let table = TableText::of_files(file, &files, &options.limits)?;
+        let table = TableText::of_files(file, &files, &options.limits)?.in_order();
         let labels = labels_by_episode(path, options)?;
         let columns = with_columns(&table, &features, options, labels.is_some());
         let has_tasks = labels.is_none() && columns.y() == TASK;

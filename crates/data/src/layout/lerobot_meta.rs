@@ -50,7 +50,10 @@ impl Features {
         let channels = raw.table.as_ref().map_or(&[][..], |table| &table.columns);
         for Feature { name, dtype, shape, .. } in &self.all {
             let is_read = channels.iter().any(|channel| suffix(channel, name).is_some());
-            if is_read || !name.starts_with(observed) || options.table.ignore.contains(name) {
+            let has_a_role =
+                [options.y.as_ref(), options.group.as_ref(), options.test.as_ref()].contains(&Some(name));
+            let is_left_out = has_a_role || options.table.ignore.contains(name);
+            if is_read || is_left_out || !name.starts_with(observed) {
                 continue;
             }
             let is_number = ["float", "int", "uint", "bool"].iter().any(|kind| dtype.starts_with(kind));

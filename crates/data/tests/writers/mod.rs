@@ -20,6 +20,8 @@ pub enum Column {
     Int(Vec<i64>),
     Float(Vec<f32>),
     Double(Vec<f64>),
+    /// Time stamps, and their unit: `MICROS`.
+    Stamp(Vec<i64>, &'static str),
     /// A list in each row.
     List(Vec<Vec<f32>>),
     /// A list of lists in each row.
@@ -33,6 +35,7 @@ impl Column {
             Self::Text(_) => format!("optional binary {name} (UTF8);"),
             Self::Int(_) => format!("optional int64 {name};"),
             Self::Float(_) => format!("optional float {name};"),
+            Self::Stamp(_, unit) => format!("optional int64 {name} (TIMESTAMP({unit},true));"),
             Self::Double(_) => format!("optional double {name};"),
             Self::List(_) => format!("optional group {name} {}", list("optional float element;")),
             Self::Grid(_) => {
@@ -49,7 +52,7 @@ impl Column {
                 let texts: Vec<ByteArray> = texts.iter().map(|text| text.as_str().into()).collect();
                 writer.write_batch(&texts, Some(&one(texts.len())), None).unwrap();
             }
-            (Self::Int(values), ColumnWriter::Int64ColumnWriter(writer)) => {
+            (Self::Int(values) | Self::Stamp(values, _), ColumnWriter::Int64ColumnWriter(writer)) => {
                 writer.write_batch(values, Some(&one(values.len())), None).unwrap();
             }
             (Self::Float(values), ColumnWriter::FloatColumnWriter(writer)) => {

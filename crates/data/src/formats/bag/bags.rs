@@ -188,7 +188,7 @@ fn frames(
             format!("{file}/{}", all[at].name),
             format!(
                 "has {} images in colour, and no layout has colours over time; say layout = \"colour\" to make each a sample, \
-                 or layout = \"sequence\" to read them over time in grey",
+                 or layout = \"sequence\" to read them over time in grey, in the config or in labels.json beside the bags",
                 counts[at]
             ),
         ));

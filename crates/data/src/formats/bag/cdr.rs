@@ -16,8 +16,6 @@ pub(crate) struct Cdr<'d> {
     data: &'d [u8],
     at: usize,
     is_big: bool,
-    /// The texts of a list called `name` at the top: those of the joints of `sensor_msgs/JointState`.
-    pub labels: Vec<String>,
 }
 
 /// The reason why a message cannot be read.
@@ -29,9 +27,7 @@ impl<'d> Cdr<'d> {
     /// Reads the head of a message.
     pub fn new(message: &'d [u8]) -> Result<Self, Broken> {
         match message {
-            [0, order @ (0 | 1), _, _, data @ ..] => {
-                Ok(Self { data, at: 0, is_big: *order == 0, labels: vec![] })
-            }
+            [0, order @ (0 | 1), _, _, data @ ..] => Ok(Self { data, at: 0, is_big: *order == 0 }),
             [_, _, _, _, ..] => Err("is not in plain CDR of version 1"),
             _ => Err(SHORT),
         }
@@ -77,26 +73,11 @@ impl<'d> Cdr<'d> {
             }
             let outside = out.as_deref_mut().map_or(0, |out| out.enter(&field.name));
             for place in 0..count {
-                let before = out.as_deref_mut().map_or(0, |out| self.enter(out, field, place, count, depth));
-                match field.of {
-                    FieldType::Number(number) => {
-                        let value = self.number(number)?;
-                        if let (Some(out), true) = (&mut out, is_wanted && wanted.is_empty()) {
-                            out.push(value);
-                        }
-                    }
-                    FieldType::Text => {
-                        let text = self.text()?;
-                        if depth == 0 && field.name == "name" && field.many != Many::One {
-                            self.labels.push(String::from_utf8_lossy(text).into_owned());
-                        }
-                    }
-                    FieldType::Of(place) => {
-                        let next = &message.types[place];
-                        let out = out.as_deref_mut().filter(|_| is_wanted && !next.is_about);
-                        self.of_type(message, next, wanted, out, depth + 1)?;
-                    }
-                }
+                let before = out.as_deref_mut().map_or(0, |out| match field.many {
+                    Many::One => out.here(),
+                    _ => out.enter_place(place),
+                });
+                self.value(message, field, (is_wanted, wanted), out.as_deref_mut(), depth)?;
                 if let Some(out) = &mut out {
                     out.leave(before);
                 }
@@ -108,20 +89,36 @@ impl<'d> Cdr<'d> {
         Ok(())
     }
 
-    /// Goes to a place of a field: by its label where there is one for each of a list, `position.elbow`, else by its number.
-    fn enter(
-        &self,
-        out: &mut Numbers,
+    /// Reads one value of a field, which is wanted or not, and of it what is below the wanted fields.
+    fn value(
+        &mut self,
+        message: &MessageType,
         field: &MessageField,
-        place: usize,
-        count: usize,
+        (is_wanted, wanted): (bool, &[&str]),
+        out: Option<&mut Numbers>,
         depth: usize,
-    ) -> usize {
-        match (field.many, self.labels.get(place)) {
-            (Many::One, _) => out.enter_nothing(),
-            (_, Some(label)) if depth == 0 && self.labels.len() == count => out.enter(label),
-            _ => out.enter_place(place),
+    ) -> Result<(), Broken> {
+        match field.of {
+            FieldType::Number(number) => {
+                let value = self.number(number)?;
+                if let Some(out) = out.filter(|_| is_wanted && wanted.is_empty()) {
+                    out.push(value);
+                }
+            }
+            FieldType::Text => {
+                let text = self.text()?;
+                let is_label = depth == 0 && field.name == "name" && field.many != Many::One;
+                if let Some(out) = out.filter(|_| is_label) {
+                    out.labels.push(String::from_utf8_lossy(text).into());
+                }
+            }
+            FieldType::Of(place) => {
+                let next = &message.types[place];
+                let out = out.filter(|_| is_wanted && !next.is_about);
+                self.of_type(message, next, wanted, out, depth + 1)?;
+            }
         }
+        Ok(())
     }
 
     fn take(&mut self, size: usize) -> Result<&'d [u8], Broken> {

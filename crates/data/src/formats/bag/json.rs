@@ -66,7 +66,8 @@ impl<'de> Visitor<'de> for JsonValue<'_> {
         self.add(f64::NAN)
     }
 
-    fn visit_str<E>(self, _: &str) -> Result<(), E> {
+    fn visit_str<E>(self, text: &str) -> Result<(), E> {
+        self.out.push_text(text);
         Ok(())
     }
 
@@ -87,12 +88,15 @@ impl<'de> Visitor<'de> for JsonValue<'_> {
         let Self { out, wanted } = self;
         while let Some(key) = map.next_key::<Cow<str>>()? {
             let is_wanted = wanted.first().is_none_or(|name| *name == key);
-            if !is_wanted || ABOUT.contains(&key.as_ref()) {
+            let names_joints = out.is_at_top() && key == "name";
+            if !(is_wanted || names_joints) || ABOUT.contains(&key.as_ref()) {
                 map.next_value::<IgnoredAny>()?;
                 continue;
             }
             let before = out.enter(&key);
-            map.next_value_seed(JsonValue { out: &mut *out, wanted: wanted.get(1..).unwrap_or_default() })?;
+            // Of names that are not wanted no number is.
+            let below = if is_wanted { wanted.get(1..).unwrap_or_default() } else { wanted };
+            map.next_value_seed(JsonValue { out: &mut *out, wanted: below })?;
             out.leave(before);
         }
         Ok(())

@@ -1,7 +1,7 @@
 //! Reads the measurement in a message: numbers, or an image.
 
 use crate::dataset::precision::Precision;
-use crate::formats::bag::cdr::Cdr;
+use crate::formats::bag::cdr::{Broken, Cdr};
 use crate::formats::bag::file::Topic;
 use crate::formats::bag::image::ImageReader;
 use crate::formats::bag::json;
@@ -108,17 +108,16 @@ impl Decoder {
                 self.numbers.begin(true);
                 let read = json::read(data, &self.fields, &mut self.numbers);
                 read.map_err(|e| format!("is no JSON ({e})"))?;
-                self.matched(vec![])?;
+                self.matched()?;
             }
             Measurement::Cdr(_) => {
-                let is_first = self.first.is_none();
-                let joints = self.cdr(data, is_first)?;
+                self.cdr(data, self.first.is_none())?;
                 // Fields are in one order by their type, joints are not.
-                if self.first.as_ref().is_some_and(|(_, first)| *first != joints) {
+                if self.first.as_ref().is_some_and(|(_, joints)| *joints != self.numbers.labels) {
                     self.cdr(data, true)?;
                 }
                 if self.numbers.has_names {
-                    self.matched(joints)?;
+                    self.matched()?;
                 }
             }
         }
@@ -127,22 +126,21 @@ impl Decoder {
         Ok(vec![self.numbers.values.len()])
     }
 
-    /// Reads the numbers of a message of a type, with their names or without. Returns its joints.
-    fn cdr(&mut self, data: &[u8], has_names: bool) -> Result<Vec<String>, Cow<'static, str>> {
-        let Measurement::Cdr(message) = &self.of else { return Ok(vec![]) };
+    /// Reads the numbers of a message of a type, with their names or without.
+    fn cdr(&mut self, data: &[u8], has_names: bool) -> Result<(), Broken> {
+        let Measurement::Cdr(message) = &self.of else { return Ok(()) };
         let fields: Vec<&str> = self.fields.iter().map(String::as_str).collect();
         self.numbers.begin(has_names);
-        let mut cdr = Cdr::new(data)?;
-        cdr.numbers(message, &fields, &mut self.numbers)?;
-        Ok(cdr.labels)
+        Cdr::new(data)?.numbers(message, &fields, &mut self.numbers)
     }
 
     /// Brings the numbers into the order of the first message, which this may be.
-    fn matched(&mut self, joints: Vec<String>) -> Result<(), String> {
+    fn matched(&mut self) -> Result<(), String> {
+        self.numbers.name_joints();
         match &self.first {
             Some((template, _)) => template.arrange(&mut self.numbers),
             None => {
-                self.first = Some((Template::of(&self.numbers.names)?, joints));
+                self.first = Some((Template::of(&self.numbers.names)?, self.numbers.labels.clone()));
                 Ok(())
             }
         }

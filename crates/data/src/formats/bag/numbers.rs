@@ -9,6 +9,8 @@ pub(crate) struct Numbers {
     /// The path to each: `wrench.force.x`, `data[3]`; empty where names are not wanted.
     pub names: Vec<String>,
     pub has_names: bool,
+    /// The texts of a list called `name` at the top: those of the joints of `sensor_msgs/JointState`.
+    pub labels: Vec<String>,
     path: String,
 }
 
@@ -17,6 +19,7 @@ impl Numbers {
     pub fn begin(&mut self, has_names: bool) {
         self.values.clear();
         self.names.clear();
+        self.labels.clear();
         self.path.clear();
         self.has_names = has_names;
     }
@@ -40,9 +43,45 @@ impl Numbers {
         before
     }
 
-    /// Goes nowhere: a single value is at the path of its field.
-    pub fn enter_nothing(&self) -> usize {
+    /// Returns where to leave what is not entered: a single value is at the path of its field.
+    pub fn here(&self) -> usize {
         self.path.len()
+    }
+
+    /// Checks whether nothing was entered.
+    pub fn is_at_top(&self) -> bool {
+        self.path.is_empty()
+    }
+
+    /// Takes a text, which may be the name of a joint.
+    pub fn push_text(&mut self, text: &str) {
+        let place = self.path.strip_prefix("name[").and_then(|rest| rest.strip_suffix(']'));
+        if place.is_some_and(|place| place.parse::<usize>().is_ok()) {
+            self.labels.push(text.into());
+        }
+    }
+
+    /// Names the numbers of each list at the top that has as many as there are joints by these: `position[1]` becomes
+    /// `position.elbow`.
+    pub fn name_joints(&mut self) {
+        let labels = &self.labels;
+        if labels.is_empty() || labels.iter().enumerate().any(|(at, label)| labels[..at].contains(label)) {
+            return;
+        }
+        fn in_list(name: &str) -> Option<(&str, usize)> {
+            let (list, place) = name.strip_suffix(']')?.split_once('[')?;
+            Some((list, place.parse().ok().filter(|_| !list.is_empty() && !list.contains('.'))?))
+        }
+        let mut counts: HashMap<String, usize> = HashMap::new();
+        for (list, _) in self.names.iter().filter_map(|name| in_list(name)) {
+            *counts.entry(list.into()).or_default() += 1;
+        }
+        for name in &mut self.names {
+            let joint = in_list(name).filter(|(list, _)| counts.get(*list) == Some(&labels.len()));
+            if let Some((list, label)) = joint.and_then(|(list, place)| Some((list, labels.get(place)?))) {
+                *name = format!("{list}.{label}");
+            }
+        }
     }
 
     /// Goes back to where the path was before.
@@ -141,6 +180,20 @@ mod tests {
             assert!(arranged(odd).unwrap_err().starts_with(why), "{odd:?}");
         }
         assert!(Template::of(&["a".into(), "a".into()]).is_err());
+    }
+
+    #[test]
+    fn joints_name_the_lists_that_are_as_long() {
+        let names = ["position[0]", "position[1]", "effort[0]", "a.b[0]", "a.b[1]", "x"];
+        let named = |labels: &[&str]| {
+            let mut numbers = numbers(&names.map(|name| (name, 0.0)));
+            numbers.labels = labels.iter().map(ToString::to_string).collect();
+            numbers.name_joints();
+            numbers.names.join(" ")
+        };
+        assert_eq!(named(&["elbow", "wrist"]), "position.elbow position.wrist effort[0] a.b[0] a.b[1] x");
+        assert_eq!(named(&["elbow", "elbow"]), names.join(" "));
+        assert_eq!(named(&[]), names.join(" "));
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! Finds the roles of the columns of a table, by options and header.
 
 use crate::formats::table::options::{Clock, TableForm, TableOptions};
+use crate::formats::table::text_columns::TableText;
 use crate::options::ReadOptions;
 use crate::{Error, Result};
 
@@ -82,6 +83,12 @@ impl TableColumns {
             table.columns.iter().map(named).collect::<Result<_>>()?
         };
         Ok(Self { form, recording, time, label, group, test, rest, shape: table.shape.clone() })
+    }
+
+    /// Takes the unit of time stamps from the type of their column, where no option says it.
+    pub fn with_clock(self, table: &TableText, options: &ReadOptions) -> Self {
+        let typed = |at: usize| options.table.clock.or(table.clock(at));
+        Self { time: self.time.map(|(at, clock)| (at, typed(at).unwrap_or(clock))), ..self }
     }
 
     /// Lists the columns that are used beside the channels; the time of a sample is no feature of it.

@@ -143,12 +143,17 @@ impl<'t> Gathered<'t> {
             }
         };
         let recording = &self.recordings[at];
-        refuse_other_file(table, recording, row, self.columns)?;
+        let is_torn = table.is_in_order
+            && self.timed.rows[at] > 0
+            && self.runs.last().is_some_and(|(last, _)| *last != at);
+        if is_torn || row.file != recording.file {
+            return Err(self.refused_again(recording, row));
+        }
         refuse_other(table, recording, row, self.columns)?;
         options.limits.refuse_values(&table.file, self.timed.values.len() + self.channels.len())?;
         if let Some((time, clock)) = self.columns.time {
             let pushed = self.rules[at].push(row.stamp(time)?);
-            match pushed.map_err(|why| refused_time(row, &recording.name, &why, clock))? {
+            match pushed.map_err(|why| self.refused_time(recording, row, &why, clock))? {
                 Stamp::Later(stamp) => self.timed.stamps.push(stamp),
                 Stamp::Repeated => return Ok(()),
             }
@@ -168,6 +173,28 @@ impl<'t> Gathered<'t> {
         Ok(())
     }
 
+    /// Names the column of recordings.
+    fn column(&self) -> &str {
+        self.columns.recording.map_or("recording", |at| &self.table.header[at])
+    }
+
+    /// Refuses a row whose time is not later than that before.
+    fn refused_time(&self, recording: &TableRecording, row: &TableRow, why: &str, clock: Clock) -> Error {
+        row.refused(&format!("{} {:?} {why} (time in {})", self.column(), recording.name, clock.name()))
+    }
+
+    /// Refuses a row of a recording that was at an end: that of another file, or after rows of others.
+    fn refused_again(&self, recording: &TableRecording, row: &TableRow) -> Error {
+        row.refused(&format!(
+            "{} {} was in {} from row {} on before: two episodes have one number; renumber those of one of the two, or leave \
+             it out",
+            self.column(),
+            recording.name,
+            recording.file,
+            recording.line
+        ))
+    }
+
     /// Counts what was done about time stamps; refuses a clock that stands still.
     fn mended(&mut self) -> Result<Mended> {
         let mut all = Mended::default();
@@ -183,28 +210,6 @@ impl<'t> Gathered<'t> {
         }
         Ok(all)
     }
-}
-
-/// Refuses a row whose time is not later than that before.
-fn refused_time(row: &TableRow, recording: &str, why: &str, clock: Clock) -> Error {
-    row.refused(&format!("recording {recording:?} {why} (time in {})", clock.name()))
-}
-
-/// Refuses a row in another file than the recording began in: files of one set hold whole recordings.
-fn refuse_other_file(
-    table: &TableText,
-    recording: &TableRecording,
-    row: &TableRow,
-    columns: &TableColumns,
-) -> Result<()> {
-    if row.file == recording.file {
-        return Ok(());
-    }
-    let column = columns.recording.map_or("recording", |at| &table.header[at]);
-    Err(row.refused(&format!(
-        "{column} {} was in {} before: two episodes have one number; renumber those of one of the two files, or leave it out",
-        recording.name, recording.file
-    )))
 }
 
 /// Refuses a row whose label, group or mark differs from that of its recording.

@@ -3,6 +3,7 @@
 use crate::dataset::labels::by_name;
 use crate::dataset::precision::Precision;
 use crate::dataset::raw::{NamedColumn, Names, Raw, SampleFacts, name_of};
+use crate::formats::clock::Timing;
 use crate::formats::stamps::Mended;
 use crate::formats::table::columns::{TableColumns, recording_in};
 use crate::formats::table::long::{self, LongTable, TableRecording};
@@ -15,7 +16,6 @@ use crate::options::{Limits, ReadOptions, refuse_set};
 use crate::reader::{Format, Place, Purpose, Reader};
 use crate::{Error, Result};
 use std::collections::HashMap;
-use std::iter;
 use std::path::Path;
 use taxel_base::Layout;
 
@@ -116,7 +116,7 @@ pub(crate) fn read(
 ) -> Result<Raw> {
     let file = table.file.clone();
     let needs_labels = needs_labels && labels_by_recording.is_none();
-    let columns = TableColumns::of(&table.header, &file, options, needs_labels)?;
+    let columns = TableColumns::of(&table.header, &file, options, needs_labels)?.with_clock(table, options);
     let (channels, texts) = table.numeric(columns.rest.clone())?;
     if channels.is_empty() {
         let held = table.header.join(", ");
@@ -139,9 +139,7 @@ pub(crate) fn read(
     let name = |at: usize| table.header[at].clone();
     let y_name = columns.label.map_or_else(|| "label".into(), name);
     let (y, names) = labels(&all, &y_name, &file, names)?;
-    let form = described(table, &columns, channels.len());
-    let read_as =
-        iter::once(form).chain(mended.said()).chain(timing.map(|timing| timing.to_string())).collect();
+    let read_as = [described(table, &columns, channels.len(), timing), mended.said()].concat();
     let used: Vec<usize> = columns.used().chain(channels.iter().chain(&texts).copied()).collect();
     let others = (0..table.header.len()).filter(|at| !used.contains(at));
     let ignored = others.map(|at| format!("column {:?}", name(at))).collect();
@@ -235,7 +233,12 @@ fn refuse_shape(table: &TableText, columns: &TableColumns, channels: usize) -> R
 }
 
 /// Says for the card how the table was read.
-fn described(table: &TableText, columns: &TableColumns, channels: usize) -> String {
+fn described(
+    table: &TableText,
+    columns: &TableColumns,
+    channels: usize,
+    timing: Option<Timing>,
+) -> Vec<String> {
     let name = |at: usize| &table.header[at];
     let axes = columns.shape.iter().map(usize::to_string).collect::<Vec<_>>().join(" × ");
     let mut parts = vec![match (columns.form, columns.shape.as_slice()) {
@@ -251,7 +254,8 @@ fn described(table: &TableText, columns: &TableColumns, channels: usize) -> Stri
     }
     parts.extend(role("labels", columns.label));
     parts.extend(role("groups", columns.group));
-    parts.join(", ")
+    let timing = timing.map(|timing| timing.to_string());
+    [Some(parts.join(", ")), timing].into_iter().flatten().collect()
 }
 
 fn wide(

@@ -4,6 +4,7 @@ use crate::dataset::precision::Precision;
 use crate::formats::csv_file;
 #[cfg(feature = "parquet")]
 use crate::formats::parquet_file::ParquetFile;
+use crate::formats::table::options::Clock;
 use crate::formats::text::{csv_reader, read_text, without_mark};
 use crate::options::Limits;
 use crate::{Error, Result};
@@ -13,6 +14,8 @@ use std::path::Path;
 pub(crate) struct TableText {
     pub file: String,
     pub header: Vec<String>,
+    /// Rows of a recording follow one another.
+    pub is_in_order: bool,
     rows: RowSource,
 }
 
@@ -65,7 +68,7 @@ impl TableText {
             }
             files.push(opened);
         }
-        Ok(Self { file, header, rows: RowSource::Parquet(files) })
+        Ok(Self { file, header, is_in_order: false, rows: RowSource::Parquet(files) })
     }
 
     /// Opens a table that is text.
@@ -89,7 +92,7 @@ impl TableText {
                        one recording, put it in a folder of its class";
             return Err(Error::file(file, why));
         }
-        Ok(Self { file, header, rows: RowSource::Csv { text, separator } })
+        Ok(Self { file, header, is_in_order: false, rows: RowSource::Csv { text, separator } })
     }
 
     /// Checks whether a column holds numbers of more than 32 bits.
@@ -98,6 +101,15 @@ impl TableText {
             RowSource::Csv { .. } => true,
             #[cfg(feature = "parquet")]
             RowSource::Parquet(files) => files.iter().any(|file| file.is_wide(at)),
+        }
+    }
+
+    /// Returns the unit of a column whose type says that it holds time stamps.
+    pub fn clock(&self, at: usize) -> Option<Clock> {
+        match &self.rows {
+            RowSource::Csv { .. } => None,
+            #[cfg(feature = "parquet")]
+            RowSource::Parquet(files) => files.iter().find_map(|file| file.clock(&self.header[at])),
         }
     }
 
@@ -111,6 +123,12 @@ impl TableText {
     /// Checks whether rows are lines of text.
     pub fn is_text(&self) -> bool {
         matches!(self.rows, RowSource::Csv { .. })
+    }
+
+    /// Refuses rows of a recording that do not follow one another.
+    #[cfg(feature = "parquet")]
+    pub fn in_order(self) -> Self {
+        Self { is_in_order: true, ..self }
     }
 
     /// Names the format of the values.
@@ -184,7 +202,8 @@ impl TableText {
             }
             Ok(is_open)
         })?;
-        Ok(places.into_iter().partition(|at| is_numeric[*at]))
+        // A date is no value of a sensor.
+        Ok(places.into_iter().partition(|at| is_numeric[*at] && self.clock(*at).is_none()))
     }
 
     pub fn refuse(&self, why: String) -> Error {
