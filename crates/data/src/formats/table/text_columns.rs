@@ -97,19 +97,19 @@ impl TableText {
 
     /// Checks whether a column holds numbers of more than 32 bits.
     pub fn is_wide(&self, at: usize) -> bool {
-        match &self.rows {
-            RowSource::Csv { .. } => true,
+        match (&self.rows, at) {
+            (RowSource::Csv { .. }, _) => true,
             #[cfg(feature = "parquet")]
-            RowSource::Parquet(files) => files.iter().any(|file| file.is_wide(at)),
+            (RowSource::Parquet(files), at) => files.iter().any(|file| file.is_wide(at)),
         }
     }
 
     /// Returns the unit of a column whose type says that it holds time stamps.
     pub fn clock(&self, at: usize) -> Option<Clock> {
-        match &self.rows {
-            RowSource::Csv { .. } => None,
+        match (&self.rows, at) {
+            (RowSource::Csv { .. }, _) => None,
             #[cfg(feature = "parquet")]
-            RowSource::Parquet(files) => files.iter().find_map(|file| file.clock(&self.header[at])),
+            (RowSource::Parquet(files), at) => files.iter().find_map(|file| file.clock(&self.header[at])),
         }
     }
 

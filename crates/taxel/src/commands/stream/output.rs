@@ -262,7 +262,8 @@ impl StreamSummary {
                 "too_long": counted.too_long,
             },
             "dropped": counted.dropped, "gaps": self.gaps, "missing_readings": self.missing,
-            "clock_jumps": self.jumps, "repeated_stamps": self.repeated, "clock_wraps": self.wraps, "windows_begun_anew": self.anew,
+            "clock_jumps": self.jumps, "repeated_stamps": self.repeated, "clock_wraps": self.wraps,
+            "windows_begun_anew": self.anew,
             "latency_ms": latency,
         }});
         let _ = writeln!(std::io::stderr(), "{}", serde_json::to_string(&summary)?);
