@@ -67,7 +67,9 @@ pub use length::lengths::Lengths;
 pub use load::{Survey, check, check_with, exists, load, read_npy, survey};
 pub use options::{Drop, Limits, ReadOptions};
 pub use reader::Format;
-pub use recordings::{Recording, Recordings, are_bags, are_images, recordings, whole_recordings};
+pub use recordings::{
+    Recording, RecordingFacts, Recordings, are_bags, are_images, recordings, whole_recordings,
+};
 pub use split::{
     Fold, Shares, few_per_class, group_k_fold, hold_back, random_group_split, random_split, stratified_k_fold,
 };

@@ -5,7 +5,7 @@ use crate::dataset::assemble::assemble;
 use crate::dataset::dataset::Dataset;
 use crate::dataset::one_hot::LabelForm;
 use crate::dataset::raw::Raw;
-use crate::formats::bag::path::is_bag;
+use crate::formats::bag::path::{how_to_convert, is_bag};
 use crate::formats::ucr::names_pair;
 use crate::formats::{READERS, npy_file};
 use crate::options::{ReadOptions, refuse_set};
@@ -133,7 +133,9 @@ fn refuse(place: &Place) -> Error {
             "is one bag, which says no class; give the folder of several, with labels.csv in it (file,label, and of \
              parts of a bag start,end in seconds)",
         ),
-        Ok(about) if about.is_file() && !place.needs_labels() => place.unknown_extension(file),
+        Ok(about) if about.is_file() && (!place.needs_labels() || how_to_convert(place.path).is_some()) => {
+            place.unknown_extension(file)
+        }
         Ok(_) => {
             let endings = place.endings(|reader| reader.reads_sets());
             let why = "with labels, or a folder with one sub-folder per class";

@@ -3,6 +3,7 @@
 use crate::dataset::channel_names::places;
 use crate::dataset::raw::Raw;
 use crate::ending::has_ending;
+use crate::formats::bag::path::how_to_convert;
 use crate::layout::listing::FoundFiles;
 use crate::length::ragged::Ragged;
 use crate::options::ReadOptions;
@@ -99,6 +100,9 @@ impl Place<'_> {
 
     /// Refuses a file that no format of single recordings takes.
     pub fn unknown_extension(&self, file: String) -> Error {
+        if let Some(how) = how_to_convert(Path::new(&file)) {
+            return Error::file(file, how);
+        }
         let endings = self.endings(|reader| reader.file_format().is_some());
         Error::file(file, format!("unknown kind of recording; use {endings}"))
     }
@@ -149,6 +153,11 @@ pub(crate) trait FileFormat: Sync {
         " but for time"
     }
 
+    /// Returns the bits of a pixel in values of a type; none where they are no pixels.
+    fn depth(&self, _dtype: &str) -> Option<u8> {
+        None
+    }
+
     /// Checks whether an option (`x`, `resize`) applies to these files.
     fn takes_option(&self, _option: &str) -> bool {
         false
@@ -182,6 +191,8 @@ pub(crate) struct Sample {
     pub dtype: String,
     /// Names of the channels, in their order; empty where the file names none.
     pub channel_names: Vec<String>,
+    /// It was turned as its EXIF says.
+    pub is_turned: bool,
 }
 
 impl Sample {
@@ -213,6 +224,28 @@ pub(crate) struct Recorded {
     pub read_as: Vec<String>,
     /// Topics that were read.
     pub topics: Vec<String>,
+    /// Bits of a pixel, of images.
+    pub depth: Option<u8>,
+    /// Number of samples of each file where they are not one each: the frames of bags in colour.
+    pub frames: Vec<usize>,
     /// Names of the channels, in their order; empty where the files name none.
     pub channel_names: Vec<String>,
+}
+
+impl Recorded {
+    /// Takes recordings of which nothing else is known.
+    pub fn of(x: Ragged, dtype: String, layout: Option<Layout>, origins: Vec<String>) -> Self {
+        Self {
+            x,
+            dtype,
+            layout,
+            origins,
+            rate: None,
+            read_as: vec![],
+            topics: vec![],
+            depth: None,
+            frames: vec![],
+            channel_names: vec![],
+        }
+    }
 }

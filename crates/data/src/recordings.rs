@@ -18,6 +18,41 @@ use crate::reader::Purpose;
 use crate::{Error, Result};
 use ndarray::ArrayD;
 use std::path::Path;
+use taxel_base::Layout;
+
+/// What the files of recordings say of them, before a model or an option says more.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct RecordingFacts {
+    /// Type of the stored values, such as `<f4`, `csv` or `png/jpeg u8`.
+    pub dtype: String,
+    /// Bits of a pixel as images are stored, 8 or 16.
+    pub depth: Option<u8>,
+    /// Unit of the values.
+    pub unit: Option<String>,
+    /// Time steps per second (Hz).
+    pub rate: Option<f64>,
+    /// The highest value that the sensor gives.
+    pub full_scale: Option<f32>,
+    /// Axes of a sample, where the files or their format say them.
+    pub layout: Option<Layout>,
+    /// Names of all channels in the order of the files; empty where they name none.
+    pub channel_names: Vec<String>,
+}
+
+impl RecordingFacts {
+    fn of(raw: &Raw) -> Self {
+        let facts = &raw.facts;
+        Self {
+            dtype: raw.dtype.clone(),
+            depth: facts.depth,
+            unit: facts.unit.clone(),
+            rate: facts.rate,
+            full_scale: facts.full_scale,
+            layout: facts.layout.or(raw.format),
+            channel_names: raw.channel_names.clone(),
+        }
+    }
+}
 
 /// Recordings of one shape.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,6 +67,8 @@ pub struct Recordings {
     pub starts: Option<Vec<usize>>,
     /// Names of each sample's classes `[N][attributes]`; none without labels.
     pub truth: Option<Vec<Vec<String>>>,
+    /// What their files say.
+    pub facts: RecordingFacts,
 }
 
 /// Reads recordings for a model that takes samples of `rank` axes: every layout of [`load`](crate::load), with
@@ -48,6 +85,7 @@ pub struct Recordings {
 /// Also a recording that is shorter than a window.
 pub fn recordings(path: &Path, options: &ReadOptions, rank: usize) -> Result<Recordings> {
     let Read { raw, x, time, truth } = read(path, options, rank)?;
+    let facts = RecordingFacts::of(&raw);
     let (x, windows) = match time.zip(options.length) {
         None => {
             if let Some(axis) = time.filter(|_| x.is_unequal()) {
@@ -68,7 +106,7 @@ pub fn recordings(path: &Path, options: &ReadOptions, rank: usize) -> Result<Rec
         }
     };
     let Some(windows) = windows else {
-        return Ok(Recordings { name: raw.name, x, origins: raw.origins, starts: None, truth });
+        return Ok(Recordings { name: raw.name, x, origins: raw.origins, starts: None, truth, facts });
     };
     let of = |(row, _): &(usize, usize)| raw.origins[*row].clone();
     Ok(Recordings {
@@ -77,6 +115,7 @@ pub fn recordings(path: &Path, options: &ReadOptions, rank: usize) -> Result<Rec
         starts: Some(windows.into_iter().map(|(_, start)| start).collect()),
         name: raw.name,
         x,
+        facts,
     })
 }
 

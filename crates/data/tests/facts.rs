@@ -76,10 +76,12 @@ fn an_image_of_which_planes_are_left_out_is_no_colour_image() {
         let image = RgbImage::from_fn(4, 2, |x, y| image::Rgb([value, x as u8, y as u8]));
         image.save(folder.path().join(class).join("1.png")).unwrap();
     }
-    assert_eq!(read(folder.path()).spec, SampleSpec::new(Layout::Colour, &[3, 2, 4]));
+    let whole = SampleSpec { depth: Some(8), ..SampleSpec::new(Layout::Colour, &[3, 2, 4]) };
+    assert_eq!(read(folder.path()).spec, whole);
     let red = ReadOptions { channels: Some(vec![0]), ..ReadOptions::default() };
     let spec = load(folder.path(), &red).unwrap().spec;
-    let kept = SampleSpec { channels: Some(vec![0]), ..SampleSpec::new(Layout::Sequence, &[1, 2, 4]) };
+    let left = SampleSpec::new(Layout::Sequence, &[1, 2, 4]);
+    let kept = SampleSpec { channels: Some(vec![0]), depth: Some(8), ..left };
     assert_eq!(spec, kept);
     let colour = ReadOptions { layout: Some(Layout::Colour), ..red };
     let message = load(folder.path(), &colour).unwrap_err().to_string();

@@ -322,8 +322,8 @@ fn a_broken_long_table_names_recording_and_lines() {
         "lines 2 and 5 are both recording \"x\", but label is \"up\" and \"down\"; say one for all its rows"
     ));
     assert!(
-        long(&LONG.replace("x,20", "x,10"))
-            .contains("line 5: the time of recording \"x\" goes from 10 to 10 ms")
+        long(&LONG.replace("x,20", "x,5"))
+            .contains("line 5: recording \"x\" has a time that goes back, from 10 to 5")
     );
     assert!(
         long(&LONG.replace("x,20", "x,noon")).contains("line 5, column time_ms: \"noon\" is no time stamp")
@@ -335,7 +335,7 @@ fn a_broken_long_table_names_recording_and_lines() {
     );
     // A gap that no memory would hold.
     let far = "recording,time,a,label\nx,0,1,u\nx,0.001,1,u\nx,0.002,1,u\nx,1e15,2,u\ny,0,1,d\n";
-    assert!(long(far).contains("most of them in gaps of up to 1000000000000000.000 s"), "{}", long(far));
+    assert!(long(far).contains("most of them in gaps of up to 1.000e15 s"), "{}", long(far));
     for (first, last) in [("-1e308", "1e308"), ("0", "1e-310"), ("0", "1e300")] {
         let stamps = format!("recording,time,a,label\nx,{first},1,u\nx,{last},1,u\ny,0,1,d\n");
         assert!(long(&stamps).contains("its time stamps give no rate, being"), "{}", long(&stamps));

@@ -131,6 +131,13 @@ impl LineColumns {
 
     /// Finds which of `width` numbers are the values of a time step.
     fn take(&self, width: usize, time: Option<usize>) -> Result<Taken, Fault> {
+        if let (Some(named), None) = (&self.time, time) {
+            let named = match named {
+                Time::At(column) => format!("{} columns, and --time names column {}", width, column + 1),
+                Time::Named(name) => format!("no column {name:?}, which --time names"),
+            };
+            return Err(Fault::Columns(format!("it has {named}")));
+        }
         let others: Vec<usize> = (0..width).filter(|at| Some(*at) != time).collect();
         let has_names = self.model_names.len() == self.each && self.each > 0;
         let position = |name: &String| self.names.position(name).filter(|at| *at < width);
@@ -222,6 +229,10 @@ mod tests {
             assert_eq!(good(&mut plain(&series(2)), line), want, "{line}");
         }
         assert!("0".parse::<Time>().is_err());
+        for (time, line) in [("nosuch", "1,2"), ("nosuch", r#"{"t":0.5,"a":1,"b":2}"#), ("4", "1,2")] {
+            let refused = read(&mut stamped(time, None), line).unwrap_err();
+            assert!(matches!(&refused, Fault::Columns(why) if why.contains("--time")), "{refused:?}");
+        }
         // Nanoseconds since 1970 keep their microseconds.
         let mut long = stamped("1", Some(Clock::Nanoseconds));
         let (_, stamp) = good(&mut long, "1795363200123456789,1,2");

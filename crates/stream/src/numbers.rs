@@ -32,7 +32,7 @@ impl Names {
         if !self.names.is_empty() {
             return fields(line).eq(self.names.iter().map(String::as_str));
         }
-        let named = first && fields(line).all(|field| field.parse::<f64>().is_err() && !field.is_empty());
+        let named = first && are_names(line);
         if named {
             self.names = fields(line).map(str::to_string).collect();
         }
@@ -52,6 +52,12 @@ impl Names {
     fn get(&self, at: usize) -> Option<&str> {
         self.names.get(at).map(String::as_str)
     }
+}
+
+/// Checks whether every field of a line is a name and no number.
+pub(crate) fn are_names(line: &str) -> bool {
+    !line.starts_with(['[', '{'])
+        && fields(line).all(|field| field.parse::<f64>().is_err() && !field.is_empty())
 }
 
 impl LineNumbers {

@@ -65,17 +65,19 @@ pub fn start(
 ) -> Result<ReadingStream> {
     let each = settings.columns.each();
     let (drops, read_loop): (bool, ReadLoop) = match source {
-        StreamSource::Input => (false, lines(std::io::stdin(), "standard input".into(), settings, None, say)),
+        StreamSource::Input => {
+            (false, lines(std::io::stdin(), "standard input".into(), settings, None, false, say))
+        }
         #[cfg(feature = "serial")]
         StreamSource::Serial { port, baud } => {
             let from = crate::serial::open(&port, baud)?;
-            (true, lines(from, port, settings, None, say))
+            (true, lines(from, port, settings, None, true, say))
         }
         StreamSource::Path(path) if holds_lines(&path) => {
             let label = path.display().to_string();
             let file = File::open(&path).map_err(|e| Error::from(FileError::io(&path, "read", &e)))?;
             let (pace, rate) = (settings.pace, settings.rate.or(settings.spec.rate));
-            (pace == Pace::Rate, lines(file, label, settings, Some((pace, rate)), say))
+            (pace == Pace::Rate, lines(file, label, settings, Some((pace, rate)), false, say))
         }
         StreamSource::Path(path) => {
             let recordings = whole_recordings(&path, &settings.options, settings.spec.layout.rank())?;
@@ -101,17 +103,20 @@ pub fn start(
     Ok(stream)
 }
 
-/// Reads lines; `replayed` says how fast and at which rate those of a file.
+/// Reads lines; `replayed` says how fast and at which rate those of a file, `begins_inside` whether the first may be the end
+/// of one.
 fn lines(
     from: impl Read + Send + 'static,
     label: String,
     settings: SourceSettings,
     replayed: Option<(Pace, Option<f64>)>,
+    begins_inside: bool,
     say: impl Fn(&str) + Send + 'static,
 ) -> ReadLoop {
     let (pace, rate) = replayed.unwrap_or((Pace::Fast, None));
     Box::new(move |feed: &mut Feed| {
-        let text = Text { label, columns: settings.columns, pacer: Pacer::new(pace), rate, say: &say };
+        let pacer = Pacer::new(pace);
+        let text = Text { label, columns: settings.columns, pacer, rate, begins_inside, say: &say };
         text.feed(from, feed)
     })
 }

@@ -7,13 +7,20 @@ const GAP: f64 = 1.5;
 /// A step forward of so many seconds, or windows, is a clock that was set and no gap.
 const JUMP: f64 = 10.0;
 
+/// Ranges in seconds of counters of microseconds and milliseconds in boards, of 32 bits and of 16.
+const WRAPS: [f64; 3] = [4_294.967_296, 4_294_967.296, 65.536];
+/// Steps over a wrap, in usual ones.
+const OVER: std::ops::RangeInclusive<f64> = 0.5..=1.5;
+
 /// The step from one time stamp to the next.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Event {
     /// As long after the one before as the others.
     Steady,
-    /// The same as the one before.
+    /// The same as the one before: by the rule of all readers the first is kept, and this time step is none.
     Repeated,
+    /// A counter of 16 or 32 bits began anew at 0, a step after the one before.
+    Wrapped,
     /// So many time steps are missing before it.
     Gap(u64),
     /// The clock was set by so many seconds; below 0 back.
@@ -54,6 +61,10 @@ impl Stamps {
         if step == 0.0 {
             return Event::Repeated;
         }
+        let is_usual = |range: &f64| self.step.is_some_and(|usual| OVER.contains(&((step + range) / usual)));
+        if step < 0.0 && WRAPS.iter().any(is_usual) {
+            return Event::Wrapped;
+        }
         if step < 0.0 || step >= JUMP * window.max(1.0) {
             return Event::Jump(step);
         }
@@ -75,7 +86,7 @@ impl Stamps {
     pub fn begins_anew(&self, event: Event) -> bool {
         let half = self.ticks as f64 / 2.0;
         match event {
-            Event::Steady | Event::Repeated => false,
+            Event::Steady | Event::Repeated | Event::Wrapped => false,
             Event::Gap(missing) => missing as f64 >= half,
             Event::Jump(seconds) => self.step.is_none_or(|step| seconds.abs() >= half * step),
         }
@@ -102,6 +113,19 @@ mod tests {
         assert!(!stamps.begins_anew(Event::Gap(4)) && stamps.begins_anew(Event::Gap(5)));
         assert_eq!(stamps.push(0.234), Event::Repeated);
         assert_eq!(stamps.push(9.234), Event::Gap(899));
+    }
+
+    #[test]
+    fn counters_that_wrap_go_on() {
+        for range in WRAPS {
+            let mut stamps = Stamps::new(10);
+            (0..20).for_each(|t| assert_eq!(stamps.push(range - 0.2 + f64::from(t) / 100.0), Event::Steady));
+            assert_eq!(stamps.push(0.0), Event::Wrapped, "{range}");
+            assert!(!stamps.begins_anew(Event::Wrapped));
+            assert_eq!(stamps.push(0.01), Event::Steady);
+        }
+        let mut stamps = steady();
+        assert!(matches!(stamps.push(0.0), Event::Jump(_)), "a device that starts again");
     }
 
     #[test]

@@ -7,6 +7,7 @@ use crate::columns::LineColumns;
 use crate::error::{Error, Result};
 use crate::fault::Fault;
 use crate::lines::{InputLine, Lines};
+use crate::numbers::are_names;
 use crate::pace::Pacer;
 use crate::queue::{Closed, Feed, Skip, StreamCounters};
 
@@ -21,6 +22,8 @@ pub(crate) struct Text<'s> {
     pub pacer: Pacer,
     /// Time steps per second of lines without time stamps; none where they are as old as their arrival says.
     pub rate: Option<f64>,
+    /// The first line may be the end of one: that of a port which sends whether somebody listens or not.
+    pub begins_inside: bool,
     /// Hears what is odd, once of each kind.
     pub say: &'s dyn Fn(&str),
 }
@@ -41,6 +44,10 @@ impl Text<'_> {
             let Some(line) = line else { break };
             number += 1;
             feed.counters.line();
+            // A number that is cut is a number too. Names of columns do no harm.
+            if number == 1 && self.begins_inside && !line.has_names_alone() {
+                continue;
+            }
             let read = match line {
                 InputLine::TooLong => Err((Skip::TooLong, format!("it is longer than {most} bytes"))),
                 InputLine::Whole(line) => match std::str::from_utf8(line) {
@@ -109,5 +116,60 @@ impl Fault {
             Fault::Columns(why) => (Skip::Columns, why),
             Fault::NotFinite(why) => (Skip::NotFinite, why),
         }
+    }
+}
+
+impl InputLine<'_> {
+    /// Checks whether a line holds names of columns and no numbers.
+    fn has_names_alone(&self) -> bool {
+        match self {
+            InputLine::TooLong => false,
+            InputLine::Whole(line) => std::str::from_utf8(line).is_ok_and(|line| are_names(line.trim())),
+        }
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use taxel_data::{Layout, SampleSpec};
+
+    use super::*;
+    use crate::pace::Pace;
+    use crate::queue::{Next, queue};
+
+    /// Reads the time steps of two channels in a text.
+    fn readings(text: &str, begins_inside: bool) -> Vec<Vec<f32>> {
+        let columns = LineColumns::new(&SampleSpec::new(Layout::Series, &[2, 4]), None, None);
+        let label = "port".to_string();
+        let pacer = Pacer::new(Pace::Fast);
+        let lines = Text { label, columns, pacer, rate: None, begins_inside, say: &|_| {} };
+        let (mut feed, stream) = queue(2, false);
+        lines.feed(text.as_bytes(), &mut feed).unwrap();
+        let mut all = vec![];
+        while let Next::Reading(arrival) = stream.waiting() {
+            all.push(arrival.values);
+        }
+        all
+    }
+
+    #[test]
+    fn the_end_of_a_line_is_no_reading_of_a_port() {
+        // Of "21.5,3".
+        let text = "1.5,3\n22,4\n23,5\n";
+        assert_eq!(readings(text, true), [[22.0, 4.0], [23.0, 5.0]]);
+        assert_eq!(
+            readings(text, false),
+            [[1.5, 3.0], [22.0, 4.0], [23.0, 5.0]],
+            "a file begins with a line"
+        );
+        for first in ["", "5]", "[1,2]", "{\"a\":1,\"b\":2}", ",3"] {
+            assert_eq!(readings(&format!("{first}\n22,4\n"), true), [[22.0, 4.0]], "{first}");
+        }
+    }
+
+    #[test]
+    fn names_of_columns_are_heard_in_the_first_line_of_a_port() {
+        assert_eq!(readings("a,t_ms,b\n22,10,4\n", true), [[22.0, 4.0]]);
     }
 }

@@ -23,6 +23,9 @@ pub struct Facts {
     pub full_scale: Option<f32>,
     /// Values without contact, in `unit`.
     pub rest: Option<Vec<f32>>,
+    /// Bits of a pixel.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub depth: Option<u8>,
     /// The outputs of a model.
     pub task: Task,
 }
@@ -38,6 +41,7 @@ impl Dataset {
             rate: spec.rate,
             full_scale: spec.full_scale,
             rest: spec.rest.clone(),
+            depth: spec.depth,
             task: self.task(),
         }
     }
@@ -52,7 +56,7 @@ impl Facts {
     /// Lists each fact that is another one `now`, with both values: `full_scale was 1000.0, is now 1.0`.
     pub fn differences(&self, now: &Facts) -> Vec<String> {
         let (before, now) = (self.fields(), now.fields());
-        let keys = ["layout", "channel_names", "unit", "rate", "full_scale", "rest", "task"];
+        let keys = ["layout", "channel_names", "unit", "rate", "full_scale", "rest", "depth", "task"];
         let changed = keys.into_iter().filter(|key| before[*key] != now[*key]);
         let shown = |value: &Value| if value.is_null() { "not known".into() } else { value.to_string() };
         changed.map(|key| format!("{key} was {}, is now {}", shown(&before[key]), shown(&now[key]))).collect()

@@ -10,6 +10,7 @@ pub(crate) mod labels;
 pub(crate) mod learn;
 pub(crate) mod memory;
 pub(crate) mod one_hot;
+pub(crate) mod precision;
 pub(crate) mod problems;
 pub(crate) mod raw;
 pub(crate) mod rows;

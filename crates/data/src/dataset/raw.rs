@@ -119,6 +119,8 @@ pub(crate) struct SampleFacts {
     pub rate: Option<f64>,
     /// The rate (Hz) of time stamps, to which recordings were brought before any rule for their length.
     pub stamped: Option<f64>,
+    /// Bits of a pixel.
+    pub depth: Option<u8>,
     /// The highest value that the sensor gives.
     pub full_scale: Option<f32>,
     /// The array of groups.

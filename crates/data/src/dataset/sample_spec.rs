@@ -40,6 +40,9 @@ pub struct SampleSpec {
     /// The largest possible value, in `unit`; above 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub full_scale: Option<f32>,
+    /// Bits of a pixel as images are stored, 8 or 16; none of other data.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub depth: Option<u8>,
     /// Values without contact, one for all or one per channel, in `unit`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rest: Option<Vec<f32>>,
@@ -60,6 +63,7 @@ impl SampleSpec {
             rate: None,
             stamped: None,
             full_scale: None,
+            depth: None,
             rest: None,
         }
     }

@@ -66,6 +66,7 @@ pub(crate) fn spec_of(
         rate,
         stamped: raw.facts.stamped,
         full_scale: raw.facts.full_scale,
+        depth: raw.facts.depth,
         ..SampleSpec::new(layout, shape)
     })
 }

@@ -1,5 +1,6 @@
 //! Measures the rate of time stamps, and brings recordings to equal steps.
 
+use crate::formats::stamps::Plain;
 use std::fmt::{self, Display, Formatter};
 
 /// Largest distance of regular stamps from equal steps, earliest to latest, as a share of a step.
@@ -81,11 +82,12 @@ impl Timing {
         let readings: f64 = recordings.iter().map(|times| self.readings(times)).sum();
         (readings > have as f64 * GAPS + FEW).then(|| {
             format!(
-                "at equal steps of {:.3} ms, {}, its {have} readings would be {readings:.0}, most of them in gaps of up \
-                 to {:.3} s; cut the recording at its gaps",
-                self.step * 1e3,
+                "at equal steps of {:.3} ms, {}, its {have} readings would be {:.0}, most of them in gaps of up to {:.3} s; \
+                 cut the recording at its gaps",
+                Plain(self.step * 1e3),
                 if self.wanted.is_some() { "those of the model" } else { "the median" },
-                self.longest
+                Plain(readings),
+                Plain(self.longest)
             )
         })
     }
@@ -146,7 +148,8 @@ impl Display for Timing {
         if self.is_regular {
             return write!(f, "time stamps give {rate} Hz");
         }
-        let [shortest, longest] = [self.shortest, self.longest].map(|step| format!("{:.3}", step * 1e3));
+        let [shortest, longest] =
+            [self.shortest, self.longest].map(|step| format!("{:.3}", Plain(step * 1e3)));
         let whose = if self.wanted.is_some() { "the model's rate" } else { "the median step" };
         write!(
             f,

@@ -90,7 +90,7 @@ fn read(text: &str, file: &str, limit: u64) -> Result<Sample> {
         sample.extend(values.iter().skip(channel).step_by(channels));
     }
     let shape = vec![channels, rows];
-    Ok(Sample { shape, values: sample, dtype: "csv".into(), channel_names })
+    Ok(Sample { shape, values: sample, dtype: "csv".into(), channel_names, is_turned: false })
 }
 
 fn no_number(record: &csv::StringRecord, field: &str, file: &str, line: u64, column: usize) -> Error {

@@ -1,8 +1,10 @@
 //! Reads recordings in JSON Lines, a time step per line: an object of columns by name, or an array of numbers.
 
 use crate::dataset::channel_names::numbered;
+use crate::dataset::precision::Precision;
 use crate::formats::clock::Timing;
 use crate::formats::json_numbers::JsonNumbers;
+use crate::formats::stamps::{Mended, Stamp, StampRule, TOO_MANY};
 use crate::formats::table::options::Clock;
 use crate::formats::text::read_text;
 use crate::formats::timed::Timed;
@@ -53,31 +55,33 @@ impl FileFormat for JsonLines {
 fn read(root: &Path, found: &FoundFiles, options: &ReadOptions) -> Result<Recorded> {
     let at = root.display().to_string();
     let (mut timed, mut columns, mut origins) = (Timed::default(), None, vec![]);
+    let (mut mended, mut precision) = (Mended::default(), Precision::default());
     for path in &found.files {
         let text = read_text(path, &options.limits)?;
         let file = File { name: path.display().to_string(), text: &text };
-        file.add(&mut columns, &mut timed, options)?;
+        mended.add(file.add(&mut columns, &mut timed, &mut precision, options)?);
         origins.push(path.strip_prefix(root).unwrap_or(path).display().to_string());
     }
     let Some(columns) = columns else { return Err(Error::NoSamples { at }) };
+    let channel_names = columns.channel_names();
+    if let Some(lossy) = precision.lossy() {
+        let name = channel_names.get(lossy.channel).map_or("", String::as_str);
+        return Err(Error::file(at, format!("channel {} {name:?} {lossy}", lossy.channel)));
+    }
     let timing = Timing::of(&timed.stamps(), options.stamped);
     if timing.is_some_and(|timing| !timing.is_likely()) {
         let why = "its time stamps give no rate; end the key of the time with its unit, such as t_ms";
         return Err(Error::file(at, why));
     }
     let x = timed.into_recordings(timing, &[], &at, options)?;
-    let channel_names = columns.channel_names();
     let mut read_as = vec![format!("lines of JSON: {}", columns.described())];
+    read_as.extend(mended.said());
     read_as.extend(timing.map(|timing| timing.to_string()));
     Ok(Recorded {
-        x,
-        dtype: "json".into(),
-        layout: Some(Layout::Series),
-        origins,
         rate: timing.map(|timing| timing.rate()),
         read_as,
-        topics: vec![],
         channel_names,
+        ..Recorded::of(x, "json".into(), Some(Layout::Series), origins)
     })
 }
 
@@ -130,9 +134,15 @@ impl File<'_> {
         Error::file(&self.name, format!("line {line}: {why}"))
     }
 
-    /// Adds the lines of the file as one recording.
-    fn add(&self, columns: &mut Option<LineColumns>, timed: &mut Timed, options: &ReadOptions) -> Result<()> {
-        let (mut rows, mut before) = (0, f64::NEG_INFINITY);
+    /// Adds the lines of the file as one recording. Returns what was done about its stamps.
+    fn add(
+        &self,
+        columns: &mut Option<LineColumns>,
+        timed: &mut Timed,
+        precision: &mut Precision,
+        options: &ReadOptions,
+    ) -> Result<Mended> {
+        let (mut rows, mut rule) = (0, StampRule::default());
         let lines = self.text.lines().enumerate().map(|(at, text)| (at + 1, text.trim()));
         for (at, text) in lines.filter(|(_, text)| !text.is_empty()) {
             let line: TimeStep =
@@ -148,20 +158,23 @@ impl File<'_> {
             }
             timed.width = columns.width();
             let time = columns.time.map(|(column, clock)| (columns.start(column), clock));
-            for (place, value) in line.numbers.iter().enumerate() {
-                match time.filter(|(time, _)| *time == place) {
-                    None => timed.values.push(*value as f32),
-                    Some(_) if !value.is_finite() => return Err(self.refuse(at, "has no time stamp")),
-                    Some(_) if *value <= before => {
-                        let why = format!("its time goes from {before} to {value}; sort lines by time");
-                        return Err(self.refuse(at, why));
-                    }
-                    Some((_, clock)) => {
-                        before = *value;
-                        timed.stamps.push(value / clock.per_second());
-                    }
+            if let Some((place, clock)) = time {
+                let stamp = line.numbers[place];
+                if !stamp.is_finite() {
+                    return Err(self.refuse(at, "has no time stamp"));
+                }
+                let pushed =
+                    rule.push(stamp).map_err(|why| self.refuse(at, format!("the recording {why}")))?;
+                match pushed {
+                    Stamp::Later(stamp) => timed.stamps.push(stamp / clock.per_second()),
+                    Stamp::Repeated => continue,
                 }
             }
+            let others =
+                line.numbers.iter().enumerate().filter(|(at, _)| time.is_none_or(|(time, _)| *at != time));
+            timed
+                .values
+                .extend(others.enumerate().map(|(channel, (_, value))| precision.rounded(channel, *value)));
             rows += 1;
             options.limits.refuse_values(&self.name, timed.values.len())?;
         }
@@ -169,7 +182,9 @@ impl File<'_> {
             return Err(Error::EmptyFile { file: self.name.clone() });
         }
         timed.rows.push(rows);
-        Ok(())
+        let refuse =
+            |count| Error::file(&self.name, format!("{count} {TOO_MANY}; write finer stamps, or none"));
+        rule.finish().map_err(refuse)
     }
 }
 
@@ -181,8 +196,8 @@ struct TimeStep {
 }
 
 impl TimeStep {
-    fn reader(&mut self) -> JsonNumbers<'_, f64> {
-        JsonNumbers { out: &mut self.numbers, convert: |number| number, wanted: None, most: MAX_NUMBERS }
+    fn reader(&mut self) -> JsonNumbers<'_> {
+        JsonNumbers { out: &mut self.numbers, most: MAX_NUMBERS }
     }
 }
 
@@ -256,7 +271,14 @@ mod tests {
     fn what_is_no_recording_is_refused_by_line() {
         for (text, why) in [
             ("{\"a\": 1}\n{\"b\": 1}\n", "1.jsonl: line 2: has other keys"),
-            ("{\"t\": 1, \"a\": 1}\n{\"t\": 1, \"a\": 1}\n", "1.jsonl: line 2: its time goes from 1 to 1"),
+            (
+                "{\"t\": 1, \"a\": 1}\n{\"t\": 1, \"a\": 1}\n",
+                "1.jsonl: 1 of the 2 time steps repeat the stamp",
+            ),
+            (
+                "{\"t\": 1, \"a\": 1}\n{\"t\": 0, \"a\": 1}\n",
+                "1.jsonl: line 2: the recording begins again: its time",
+            ),
             ("{\"t\": 1}\n", "1.jsonl: line 1: holds no numbers"),
             ("[1, {}]\n", "1.jsonl: line 1: is no time step"),
             ("\n\n", "1.jsonl: is empty"),

@@ -26,9 +26,12 @@ pub(crate) mod npy_file;
 pub(crate) mod npy_text;
 pub(crate) mod npz;
 #[cfg(feature = "parquet")]
+pub(crate) mod parquet_cells;
+#[cfg(feature = "parquet")]
 pub(crate) mod parquet_file;
 #[cfg(feature = "parquet")]
 pub(crate) mod parquet_pages;
+pub(crate) mod stamps;
 pub(crate) mod stored;
 pub(crate) mod table;
 pub(crate) mod text;

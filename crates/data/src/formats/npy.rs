@@ -3,6 +3,7 @@
 //! npyz writes arrays, but does not read the header: it allocates as many bytes as a header claims, up to 4 GiB, and its
 //! grammar calls itself for every bracket, without a limit.
 
+use crate::dataset::precision::Precision;
 use crate::options::Limits;
 use crate::{Error, Result};
 use half::f16;
@@ -210,6 +211,13 @@ impl Header {
             .ok_or_else(|| cap.too_large(at, &self.shape))
     }
 
+    /// Counts the stored values from one place along an axis to the next, and the places; one of an array without that axis.
+    fn along(&self, axis: usize) -> (u64, u64) {
+        let Some(places) = self.shape.get(axis) else { return (1, 1) };
+        let faster = if self.fortran { &self.shape[..axis] } else { &self.shape[axis + 1..] };
+        (faster.iter().fold(1, |all: u64, axis| all.saturating_mul(*axis)).max(1), (*places).max(1))
+    }
+
     /// Returns the index along each axis of the `flat`-th stored value.
     fn index(&self, mut flat: u64) -> Vec<usize> {
         let mut index = vec![0; self.shape.len()];
@@ -234,15 +242,29 @@ impl Header {
         Error::Dtype { at: at.into(), dtype: self.dtype.clone(), wanted }
     }
 
-    /// Reads the values as f32 in C order; the stream must end with them.
+    /// Reads samples, or one value for each, as f32 in C order: the second axis has their channels. The stream must end with
+    /// them.
     pub(crate) fn read_f32(&self, reader: &mut dyn Read, at: &str, cap: Cap) -> Result<ArrayD<f32>> {
+        self.read_along(reader, at, cap, 1)
+    }
+
+    /// Reads the values as f32 in C order; channels are those of `axis`. The stream must end with the values.
+    pub(crate) fn read_along(
+        &self,
+        reader: &mut dyn Read,
+        at: &str,
+        cap: Cap,
+        axis: usize,
+    ) -> Result<ArrayD<f32>> {
+        let mut precision = Precision::default();
         let not_f32 = |flat: u64, value: String| {
             let why = "does not fit f32 (integers to 2^24 = 16777216, floats to 3.4e38); rescale it or save it as f32";
             self.refuse_value(at, flat, value, why.into())
         };
-        let float = |flat, b: [u8; 8]| {
+        let (each, channels) = self.along(axis);
+        let mut float = |flat, b: [u8; 8]| {
             let value = f64::from_le_bytes(b);
-            let short = value as f32;
+            let short = precision.rounded((flat / each % channels) as usize, value);
             if value.is_finite() && short.is_infinite() {
                 return Err(not_f32(flat, format!("{value:e}")));
             }
@@ -266,11 +288,14 @@ impl Header {
                 self.values(reader, at, cap, |_, b| Ok(f16::from_le_bytes(b).to_f32()))
             }
             (Some(NumberKind::Float), 4) => self.values(reader, at, cap, |_, b| Ok(f32::from_le_bytes(b))),
-            (Some(NumberKind::Float), _) => self.values(reader, at, cap, float),
+            (Some(NumberKind::Float), _) => self.values(reader, at, cap, &mut float),
             (Some(NumberKind::Int), _) => self.integers(reader, at, cap, signed, unsigned),
             (Some(NumberKind::Uint), _) => self.integers(reader, at, cap, signed, unsigned),
             _ => return Err(self.unsupported(at, wanted)),
         }?;
+        if let Some(lossy) = precision.lossy() {
+            return Err(Error::file(at, format!("channel {} {lossy} of the file", lossy.channel)));
+        }
         let axes: Vec<usize> = self.shape.iter().map(|axis| *axis as usize).collect();
         let shape = IxDyn(&axes).set_f(self.fortran);
         let array = ArrayD::from_shape_vec(shape, values)
@@ -320,7 +345,7 @@ impl Header {
                 return Ok(value as i64);
             }
             let why = format!("is not a whole number; {wanted}");
-            Err(self.refuse_value(at, flat, value.to_string(), why))
+            Err(self.refuse_value(at, flat, format!("{value:?}"), why))
         };
         match self.size {
             4 => self.values(reader, at, cap, |flat, b| whole(flat, f32::from_le_bytes(b).into())),
@@ -363,7 +388,7 @@ impl Header {
         reader: &mut dyn Read,
         at: &str,
         cap: Cap,
-        convert: impl Fn(u64, [u8; B]) -> Result<T>,
+        mut convert: impl FnMut(u64, [u8; B]) -> Result<T>,
     ) -> Result<Vec<T>> {
         let count = self.count(at, cap)?;
         let want = count.saturating_mul(B as u64);

@@ -35,7 +35,7 @@ impl Reader for NpyBatch {
         let x = header.read_f32(&mut reader, &file, Cap::of_samples(&options.limits))?;
         let name = name_of(place.path);
         let origins = (0..x.len_of(Axis(0))).map(|i| format!("{name}[{i}]")).collect();
-        Ok(Raw { name, file, x: x.into(), origins, ..Raw::default() })
+        Ok(Raw { name, file, dtype: header.dtype, x: x.into(), origins, ..Raw::default() })
     }
 }
 

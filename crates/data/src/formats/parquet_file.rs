@@ -1,13 +1,16 @@
 //! Reads a Parquet file as a table of texts and numbers, row by row.
 
+use crate::formats::parquet_cells::{CellShape, wide};
 use crate::formats::parquet_pages::Page;
+use crate::formats::table::options::Clock;
 use crate::options::Limits;
 use crate::{Error, Result};
 use bytes::Bytes;
+use parquet::basic::{ConvertedType, LogicalType, TimeUnit};
 use parquet::errors::ParquetError;
 use parquet::file::reader::{ChunkReader, FileReader, Length, SerializedFileReader};
 use parquet::record::Field;
-use std::fmt::Write;
+use parquet::schema::types::Type;
 use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
@@ -21,13 +24,17 @@ const MAX_COLUMNS: usize = 1 << 16;
 /// Endings of Parquet files.
 pub(crate) const ENDINGS: &[&str] = &["parquet", "pq"];
 
-/// A file whose heads were checked. It is closed while no rows are read, since a set may have thousands. A column of lists
-/// is as many columns as its first row has numbers.
+/// A file whose heads were checked. It is closed while no rows are read, since a set may have thousands. A column of lists,
+/// of lists of lists or of structs of numbers is as many columns as its first row has numbers.
 pub(crate) struct ParquetFile {
     file: String,
     path: PathBuf,
-    /// Columns by name, and the number of values of each in a row; none for a single one.
-    columns: Vec<(String, Option<usize>)>,
+    /// Columns by name, and how the values of each lie in a row.
+    columns: Vec<(String, CellShape)>,
+    /// Units of the columns of the type TIMESTAMP.
+    clocks: Vec<(String, Clock)>,
+    /// Whether each of these values has more than 32 bits.
+    is_wide: Vec<bool>,
     /// Number of rows, as its heads say.
     pub rows: usize,
     /// Size of the file.
@@ -38,7 +45,15 @@ impl ParquetFile {
     /// Opens a file and reads its columns.
     pub fn open(path: &Path, limits: &Limits) -> Result<Self> {
         let file = path.display().to_string();
-        let mut opened = Self { file: file.clone(), path: path.into(), columns: vec![], rows: 0, bytes: 0 };
+        let mut opened = Self {
+            file: file.clone(),
+            path: path.into(),
+            columns: vec![],
+            clocks: vec![],
+            is_wide: vec![],
+            rows: 0,
+            bytes: 0,
+        };
         let reader = opened.reader()?;
         let rows = reader.metadata().file_metadata().num_rows();
         let samples = u64::try_from(rows).unwrap_or(u64::MAX);
@@ -47,18 +62,23 @@ impl ParquetFile {
             return Err(limits.too_large(&file, &[samples as usize], hint));
         }
         opened.refuse_unlikely(&reader)?;
+        let fields = reader.metadata().file_metadata().schema().get_fields();
+        opened.clocks =
+            fields.iter().filter_map(|field| Some((field.name().into(), clock(field)?))).collect();
         opened.rows = usize::try_from(samples).unwrap_or(0);
         opened.bytes = path.metadata().map_or(0, |about| about.len() as usize);
-        let mut columns = vec![];
+        let (mut columns, mut is_wide) = (vec![], vec![]);
         opened.fields(|_, fields| {
-            columns = fields.iter().map(|(name, field)| (name.clone(), width(field))).collect();
+            columns = fields.iter().map(|(name, field)| (name.clone(), CellShape::of(field))).collect();
+            fields.iter().for_each(|(_, field)| wide(field, &mut is_wide));
             Ok(false)
         })?;
         if columns.is_empty() {
             let schema = reader.metadata().file_metadata().schema();
-            columns = schema.get_fields().iter().map(|field| (field.name().to_string(), None)).collect();
+            columns =
+                schema.get_fields().iter().map(|field| (field.name().to_string(), CellShape::One)).collect();
         }
-        opened.columns = columns;
+        (opened.columns, opened.is_wide) = (columns, is_wide);
         if opened.header().len() > MAX_COLUMNS {
             return Err(damaged(&file, &format!("it has more than {MAX_COLUMNS} columns")));
         }
@@ -75,13 +95,26 @@ impl ParquetFile {
         }
     }
 
-    /// Returns the names of the columns; those of lists with the place of each number, from 0.
+    /// Returns the path, for messages.
+    pub fn name(&self) -> &str {
+        &self.file
+    }
+
+    /// Returns the names of the columns; those of lists with the place of each number, from 0: `taxels.0.1`.
     pub fn header(&self) -> Vec<String> {
-        let of = |(name, width): &(String, Option<usize>)| match width {
-            None => vec![name.clone()],
-            Some(width) => (0..*width).map(|i| format!("{name}.{i}")).collect(),
-        };
-        self.columns.iter().flat_map(of).collect()
+        let mut names = vec![];
+        self.columns.iter().for_each(|(name, shape)| shape.name(name, &mut names));
+        names
+    }
+
+    /// Returns the unit of a column of the type TIMESTAMP; none of another column.
+    pub fn clock(&self, column: &str) -> Option<Clock> {
+        self.clocks.iter().find(|(name, _)| name == column).map(|(_, clock)| *clock)
+    }
+
+    /// Checks whether a column of the header holds numbers of more than 32 bits.
+    pub fn is_wide(&self, at: usize) -> bool {
+        self.is_wide.get(at).copied().unwrap_or_default()
     }
 
     /// Hands the cells of every row, and its number from 1, to `take` until it returns false.
@@ -90,25 +123,15 @@ impl ParquetFile {
         self.fields(|row, fields| {
             record.clear();
             for ((name, field), (column, wanted)) in fields.iter().zip(&self.columns) {
-                if name != column || width(field) != *wanted && !matches!(field, Field::Null) {
-                    let wanted = wanted.map_or("one value".into(), |count| format!("{count} values"));
-                    let why =
-                        format!("row {row}: column {column:?} does not hold {wanted}, as the first row does");
+                if name != column || !wanted.fits(field) {
+                    let wanted = wanted.described();
+                    let why = format!(
+                        "row {row}: column {column:?} does not hold {wanted}, as the first row does; write equally many in \
+                         each"
+                    );
                     return Err(Error::file(&self.file, why));
                 }
-                let single = std::slice::from_ref(field);
-                let cells = match field {
-                    Field::ListInternal(list) => list.elements(),
-                    _ => single,
-                };
-                for value in cells {
-                    cell.clear();
-                    write_cell(value, &mut cell);
-                    record.push_field(&cell);
-                }
-                if let (Field::Null, Some(count)) = (field, wanted) {
-                    (1..*count).for_each(|_| record.push_field(""));
-                }
+                wanted.write(field, &mut cell, &mut record);
             }
             take(row, &record)
         })
@@ -162,37 +185,23 @@ impl ParquetFile {
     }
 }
 
-fn damaged(file: &str, why: &str) -> Error {
-    Error::file(file, format!("is not readable as Parquet ({why}); copy it again or write it anew"))
-}
-
-/// Counts the numbers of a list; none of a single value.
-fn width(field: &Field) -> Option<usize> {
-    match field {
-        Field::ListInternal(list) => Some(list.len()),
+/// Returns the unit of a column of the type TIMESTAMP.
+fn clock(field: &Type) -> Option<Clock> {
+    let about = field.get_basic_info();
+    match (about.logical_type_ref(), about.converted_type()) {
+        (Some(LogicalType::Timestamp(of)), _) => Some(match of.unit {
+            TimeUnit::MILLIS => Clock::Milliseconds,
+            TimeUnit::MICROS => Clock::Microseconds,
+            TimeUnit::NANOS => Clock::Nanoseconds,
+        }),
+        (_, ConvertedType::TIMESTAMP_MILLIS) => Some(Clock::Milliseconds),
+        (_, ConvertedType::TIMESTAMP_MICROS) => Some(Clock::Microseconds),
         _ => None,
     }
 }
 
-/// Writes a value as in CSV; a value that is neither text nor number is in brackets.
-fn write_cell(field: &Field, out: &mut String) {
-    // Writing to a text does not fail.
-    let _ = match field {
-        Field::Null => Ok(()),
-        Field::Bool(value) => write!(out, "{}", u8::from(*value)),
-        Field::Str(text) => out.write_str(text),
-        Field::Float16(value) => write!(out, "{}", value.to_f32()),
-        Field::Float(value) => write!(out, "{value}"),
-        Field::Double(value) => write!(out, "{value}"),
-        Field::TimestampMillis(value) | Field::TimestampMicros(value) | Field::TimeMicros(value) => {
-            write!(out, "{value}")
-        }
-        Field::Date(value) | Field::TimeMillis(value) => write!(out, "{value}"),
-        Field::Group(_) | Field::ListInternal(_) | Field::MapInternal(_) | Field::Bytes(_) => {
-            write!(out, "[...]")
-        }
-        other => write!(out, "{other}"),
-    };
+fn damaged(file: &str, why: &str) -> Error {
+    Error::file(file, format!("is not readable as Parquet ({why}); copy it again or write it anew"))
 }
 
 /// Runs the library, and turns its errors and panics into ours.

@@ -2,6 +2,7 @@
 
 use crate::dataset::raw::{Names, Raw, name_of};
 use crate::dataset::spec_of::likeliest_layout;
+use crate::error::plural;
 use crate::layout::listing::{FoundFiles, unsorted};
 use crate::length::ragged::Collected;
 use crate::options::{ReadOptions, refuse_set};
@@ -48,15 +49,24 @@ pub(crate) fn read(place: &Place, found: FoundFiles, options: &ReadOptions) -> R
     refuse_array_options(&file, format, &found, options)?;
     refuse_resize(&file, format, options)?;
     options.limits.refuse_samples(&file, found.files.len() as u64)?;
-    let recorded = match format.read_together(root, &found, options) {
+    let stated = ReadOptions { layout: options.layout.or(found.facts.layout), ..options.clone() };
+    let recorded = match format.read_together(root, &found, &stated) {
         Some(recorded) => recorded?,
         None => one_by_one(root, &found, format, &first, options)?,
     };
-    let groups = match (found.groups, options.group_block) {
+    let mut groups = match (found.groups, options.group_block) {
         (None, Some(_)) => Some(("position".into(), found.positions)),
         (groups, _) => groups,
     };
+    let mut labels = found.labels;
+    if !recorded.frames.is_empty() {
+        labels = each_frame(&labels, &recorded.frames);
+        let numbered = || ("recording".into(), (0..recorded.frames.len() as i64).collect());
+        let (name, of_file) = groups.unwrap_or_else(numbered);
+        groups = Some((name, each_frame(&of_file, &recorded.frames)));
+    }
     let mut facts = found.facts;
+    facts.depth = recorded.depth.or(facts.depth);
     facts.rate = facts.rate.or(recorded.rate);
     facts.stamped = recorded.rate;
     let names = Names { file: file.clone(), columns: vec![found.classes], is_given: true };
@@ -69,7 +79,7 @@ pub(crate) fn read(place: &Place, found: FoundFiles, options: &ReadOptions) -> R
         format: recorded.layout,
         x_name: "the files".into(),
         y_name: found.labelled_by.into(),
-        y: found.labels,
+        y: labels,
         names: Some(names),
         facts,
         groups,
@@ -80,6 +90,11 @@ pub(crate) fn read(place: &Place, found: FoundFiles, options: &ReadOptions) -> R
         is_folder: true,
         ..Raw::default()
     })
+}
+
+/// Repeats what is said of each file for each of its frames; nothing where nothing is said.
+fn each_frame(of_file: &[i64], frames: &[usize]) -> Vec<i64> {
+    of_file.iter().zip(frames).flat_map(|(value, frames)| std::iter::repeat_n(*value, *frames)).collect()
 }
 
 /// Reads a sample per file.
@@ -100,6 +115,7 @@ fn one_by_one(
     let mut channel_names: Option<Vec<String>> = None;
     let mut collected = Collected::new(&file, options.limits).of_about(found.files.len());
     let mut dtype: Option<String> = None;
+    let mut turned = 0;
     for path in &found.files {
         refuse_empty(path)?;
         let mut sample = format.read(path, options)?;
@@ -118,6 +134,7 @@ fn one_by_one(
             let (kind, first_kind) = (sample.dtype, first_dtype.clone());
             return Err(Error::MixedKinds { file: name, kind, first: first.into(), first_kind });
         }
+        turned += usize::from(sample.is_turned);
         #[expect(clippy::expect_used, reason = "files are sought below root")]
         origins.push(path.strip_prefix(root).expect("a path below root").display().to_string());
     }
@@ -125,15 +142,13 @@ fn one_by_one(
         return Err(Error::NoSamples { at: file });
     };
     let layout = format.layout(x.sample_shape().len());
+    let of = plural(origins.len(), "image");
+    let said = (turned > 0).then(|| format!("{turned} of {of} turned as their EXIF orientation says"));
     Ok(Recorded {
-        x,
-        dtype,
-        layout,
-        origins,
-        rate: None,
-        read_as: vec![],
-        topics: vec![],
+        depth: format.depth(&dtype),
+        read_as: said.into_iter().collect(),
         channel_names: channel_names.unwrap_or_default(),
+        ..Recorded::of(x, dtype, layout, origins)
     })
 }
 

@@ -2,7 +2,7 @@
 
 use crate::dataset::raw::Raw;
 use crate::formats::bag::names;
-use crate::formats::bag::path::is_bag;
+use crate::formats::bag::path::{how_to_convert, is_bag};
 use crate::layout::files;
 use crate::layout::label_table::{self, LABELS};
 use crate::layout::listing::{self, FoundFiles, Listing, list, unsorted};
@@ -83,6 +83,9 @@ fn refuse(place: &Place, top: &Listing, options: &ReadOptions) -> Error {
             "holds bags but no classes; name bags by class (cup_03.mcap), put them into a folder per class, or write \
              labels.csv (file,label)",
         );
+    }
+    if let Some((path, how)) = top.files.iter().find_map(|path| Some((path, how_to_convert(path)?))) {
+        return Error::file(path, how);
     }
     let is_set = |path: &Path| {
         let place = Place { path, purpose: Purpose::Learn, readers: place.readers };

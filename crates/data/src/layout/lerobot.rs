@@ -1,6 +1,6 @@
 //! Reads data sets of LeRobot: episodes in files of Parquet, described in `meta/`.
 
-use crate::dataset::raw::{Names, Raw, SampleFacts, name_of};
+use crate::dataset::raw::{Raw, SampleFacts, name_of};
 use crate::ending::has_ending;
 use crate::formats::names::is_lerobot;
 use crate::formats::parquet_file;
@@ -9,12 +9,12 @@ use crate::formats::table::table;
 use crate::formats::table::text_columns::TableText;
 use crate::formats::text::{csv_reader, read_text};
 use crate::layout::label_table::LABELS;
+use crate::layout::lerobot_meta::{Features, name_tasks};
 use crate::layout::listing::list;
 use crate::layout::order::in_order;
 use crate::options::{ReadOptions, refuse_set};
 use crate::reader::{Format, Place, Reader};
 use crate::{Error, Result};
-use serde_json::Value;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
@@ -22,6 +22,9 @@ use std::path::{Path, PathBuf};
 const MAX_DEPTH: usize = 4;
 /// The beginning of the name of a column that is read.
 const OBSERVED: &str = "observation.";
+
+/// Columns of every set that count its rows.
+const COUNTERS: [&str; 3] = ["index", "frame_index", "task_index"];
 
 /// Reads data sets of LeRobot. Episodes are recordings `[C, T]`, observations that are numbers are the channels, and the
 /// class is the task, or that of `labels.csv` (`episode,label`). [`ReadOptions::table`] and [`ReadOptions::y`] override
@@ -54,15 +57,20 @@ impl Reader for LeRobot {
         if files.is_empty() {
             return Err(Error::NoSamples { at: file });
         }
-        let table = TableText::of_files(file, &files, &options.limits)?;
+        let features = Features::read(path, &options.limits)?;
+        let table = TableText::of_files(file, &files, &options.limits)?.in_order();
         let labels = labels_by_episode(path, options)?;
-        let options = with_columns(&table, options, labels.is_some());
-        let has_tasks = labels.is_none() && options.y() == TASK;
-        let names = has_tasks.then(|| tasks(path, &options)).transpose()?.flatten();
-        let beside = (names, SampleFacts::default());
+        let columns = with_columns(&table, &features, options, labels.is_some());
+        let has_tasks = labels.is_none() && columns.y() == TASK;
+        let beside = (None, SampleFacts::default());
         let needs_labels = place.needs_labels();
-        let mut raw = table::read(&table, name_of(path), beside, &options, needs_labels, labels.as_ref())?;
+        let mut raw = table::read(&table, name_of(path), beside, &columns, needs_labels, labels.as_ref())?;
         raw.read_as.insert(0, "a set of LeRobot: recordings are its episodes".to_string());
+        if has_tasks {
+            name_tasks(&mut raw, path, &options.limits)?;
+        }
+        features.account(&mut raw, OBSERVED, options)?;
+        features.name_channels(&mut raw, &table.header);
         Ok(raw)
     }
 }
@@ -79,17 +87,31 @@ fn data_files(folder: &Path, depth: usize, out: &mut Vec<PathBuf>) -> Result<()>
     Ok(())
 }
 
-/// Adds the roles of LeRobot's columns to the options, where they do not say them.
-fn with_columns(table: &TableText, options: &ReadOptions, has_labels: bool) -> ReadOptions {
-    let has = |name: &str| table.header.iter().any(|column| column == name);
-    let named =
-        |given: &Option<String>, name: &str| given.clone().or_else(|| has(name).then(|| name.to_string()));
-    let observes = table.header.iter().any(|name| name.starts_with(OBSERVED));
+/// Adds the roles of LeRobot's columns to the options, where they do not say them. A feature that is to be ignored is all of
+/// its columns.
+fn with_columns(
+    table: &TableText,
+    features: &Features,
+    options: &ReadOptions,
+    has_labels: bool,
+) -> ReadOptions {
     let given = &options.table;
-    let mut ignore = given.ignore.clone();
-    if ignore.is_empty() {
-        let is_other = |name: &&String| observes && !name.starts_with(OBSERVED) && *name != options.y();
-        ignore = table.header.iter().filter(is_other).cloned().collect();
+    let has = |name: &str| table.header.iter().any(|column| column == name);
+    let is_time = |name: &str| has(name) && !given.ignore.iter().any(|ignored| ignored == name);
+    let named = |given: &Option<String>, name: &str| {
+        given.clone().or_else(|| is_time(name).then(|| name.to_string()))
+    };
+    let observes = table.header.iter().any(|name| name.starts_with(OBSERVED));
+    let is_other = |name: &&String| {
+        let is_other = if observes { !name.starts_with(OBSERVED) } else { COUNTERS.contains(&name.as_str()) };
+        is_other && *name != options.y()
+    };
+    let mut ignore: Vec<String> = table.header.iter().filter(is_other).cloned().collect();
+    for name in &given.ignore {
+        match features.columns(name, &table.header) {
+            Some(columns) => ignore.extend(columns.into_iter().cloned()),
+            None => ignore.push(name.clone()),
+        }
     }
     let is_other = options.names_y() || has_labels || !has(TASK);
     ReadOptions {
@@ -132,22 +154,4 @@ fn labels_by_episode(path: &Path, options: &ReadOptions) -> Result<Option<HashMa
         }
     }
     Ok(Some(labels))
-}
-
-/// Reads the names of the tasks by their numbers, where `meta/tasks.jsonl` has them without gaps.
-fn tasks(path: &Path, options: &ReadOptions) -> Result<Option<Names>> {
-    let path = path.join("meta/tasks.jsonl");
-    if !path.is_file() {
-        return Ok(None);
-    }
-    let mut names: Vec<String> = vec![];
-    for line in read_text(&path, &options.limits)?.lines().filter(|line| !line.trim().is_empty()) {
-        let task: Value =
-            serde_json::from_str(line).map_err(|e| Error::file(&path, format!("is no JSON ({e})")))?;
-        match (task["task_index"].as_u64(), task["task"].as_str()) {
-            (Some(index), Some(task)) if index == names.len() as u64 => names.push(task.into()),
-            _ => return Ok(None),
-        }
-    }
-    Ok(Some(Names { file: "meta/tasks.jsonl".into(), columns: vec![names], is_given: true }))
 }

@@ -6,6 +6,8 @@ pub(crate) mod folder;
 pub(crate) mod label_table;
 #[cfg(feature = "parquet")]
 pub(crate) mod lerobot;
+#[cfg(feature = "parquet")]
+pub(crate) mod lerobot_meta;
 pub(crate) mod listing;
 pub(crate) mod names_file;
 #[cfg(not(all(

@@ -117,6 +117,10 @@ fn facts(value: &Value, file: &str) -> Result<SampleFacts> {
         let number = given.as_f64().filter(|v| *v as f32 > 0.0 && (*v as f32).is_finite());
         number.ok_or_else(|| refuse(key, given, "not a number above 0".into()))
     };
+    let depth = |(key, given): (&'static str, &Value)| {
+        let bits = given.as_u64().filter(|bits| [8, 16].contains(bits));
+        bits.map(|bits| bits as u8).ok_or_else(|| refuse(key, given, "neither 8 nor 16".into()))
+    };
     let quantities = |(key, given): (&'static str, &Value)| {
         let read = serde_json::from_value::<Vec<Quantity>>(given.clone()).ok().filter(|all| !all.is_empty());
         let wanted = "not a list such as [{ \"name\": \"force\", \"unit\": \"N\" }]";
@@ -135,6 +139,7 @@ fn facts(value: &Value, file: &str) -> Result<SampleFacts> {
         unit: given("unit").map(text).transpose()?,
         rate: given("rate").map(number).transpose()?,
         stamped: None,
+        depth: given("depth").map(depth).transpose()?,
         full_scale: given("full_scale").map(number).transpose()?.map(|number| number as f32),
         group_array: given("group_array").map(text).transpose()?,
         test_array: given("test_array").map(text).transpose()?,

@@ -90,6 +90,7 @@ fn facts(data: &Dataset, group: Option<&str>) -> Value {
         ("unit", spec.unit.clone().map(Value::from)),
         ("rate", spec.rate.map(Value::from)),
         ("full_scale", full_scale.map(Value::from)),
+        ("depth", spec.depth.map(Value::from)),
         ("group_array", group.map(Value::from)),
         ("test_array", data.official.as_ref().map(|_| "test".into())),
         ("origins", Some(json!(data.origins))),

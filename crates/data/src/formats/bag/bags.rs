@@ -4,11 +4,13 @@ use crate::formats::bag::path::is_bag;
 use crate::formats::bag::topics;
 use crate::formats::bag::tracks::{Track, tracks};
 use crate::formats::clock::{Timing, places};
+use crate::formats::stamps::Mended;
 use crate::formats::timed::Timed;
 use crate::layout::listing::FoundFiles;
 use crate::options::ReadOptions;
 use crate::reader::{FileFormat, Format, Recorded};
 use crate::{Error, Result};
+use ndarray::ArrayD;
 use std::path::{Path, PathBuf};
 use taxel_base::Layout;
 
@@ -51,12 +53,16 @@ impl FileFormat for Bag {
 /// One recording: values of all topics at the times of the first.
 struct BagRecording {
     name: String,
-    /// Shape of a time step: its channels, or height and width.
+    /// Shape of a time step: its channels, or `[H, W]` or `[3, H, W]` of an image.
     shape: Vec<usize>,
     /// Number of channels of each topic.
     channels: Vec<usize>,
     /// Number of messages of the first topic before all others have begun or after one has ended.
     unmatched: usize,
+    /// Names of all channels.
+    names: Vec<String>,
+    /// Bits of a pixel.
+    depth: Option<u8>,
 }
 
 /// Reads the bags that were `found` below `root`.
@@ -65,6 +71,8 @@ fn read(root: &Path, found: &FoundFiles, options: &ReadOptions) -> Result<Record
     let first = found.files.first().ok_or_else(|| Error::NoSamples { at: file.clone() })?;
     let topics = if options.topics.is_empty() { vec![topics::only(first)?] } else { options.topics.clone() };
     let mut all: Vec<BagRecording> = vec![];
+    let mut mended = Mended::default();
+    let mut order: Option<Vec<Vec<String>>> = None;
     let mut timed = Timed::default();
     let mut last: Option<(&PathBuf, Vec<Track>)> = None;
     for (row, bag) in found.files.iter().enumerate() {
@@ -73,7 +81,13 @@ fn read(root: &Path, found: &FoundFiles, options: &ReadOptions) -> Result<Record
         if !is_read {
             // Frees its memory before the next is read.
             drop(last.take());
-            last = Some((bag, tracks(bag, &topics, options, left)?));
+            let mut read = tracks(bag, &topics, options, left)?;
+            let wanted = order.get_or_insert_with(|| read.iter().map(|track| track.names.clone()).collect());
+            for (track, wanted) in read.iter_mut().zip(wanted) {
+                track.arrange(wanted).map_err(|why| Error::file(bag, why))?;
+                mended.add(track.mended);
+            }
+            last = Some((bag, read));
         }
         let span = found.spans.as_ref().map(|spans| spans[row]);
         let tracks = last.as_mut().map_or(&mut [][..], |(_, tracks)| tracks);
@@ -85,7 +99,7 @@ fn read(root: &Path, found: &FoundFiles, options: &ReadOptions) -> Result<Record
         options.limits.refuse_values(&file, timed.values.len())?;
     }
     drop(last);
-    collected(&file, all, timed, topics, options)
+    collected(&file, all, timed, topics, mended, options)
 }
 
 /// Refuses a recording that differs from the first in more than time.
@@ -97,7 +111,7 @@ fn refuse_shape(
     first_steps: usize,
 ) -> Result<()> {
     let Some(first) = first.filter(|first| first.shape != recording.shape) else { return Ok(()) };
-    let is_image = recording.shape.len() == 2;
+    let is_image = recording.shape.len() > 1;
     let with_time = |shape: &[usize], time: usize| {
         if is_image { [&[time], shape].concat() } else { [shape, &[time]].concat() }
     };
@@ -107,7 +121,7 @@ fn refuse_shape(
         first: format!("{file}/{}", first.name),
         first_shape: with_time(&first.shape, first_steps),
         hint: if is_image {
-            " but for time: set resize = [height, width]"
+            " but for time: set resize = [height, width], and use grey or colour throughout"
         } else {
             " but for time (channels, time)"
         },
@@ -120,26 +134,88 @@ fn collected(
     all: Vec<BagRecording>,
     timed: Timed,
     topics: Vec<String>,
+    mended: Mended,
     options: &ReadOptions,
 ) -> Result<Recorded> {
-    let timing = Timing::of(&timed.stamps(), options.stamped);
-    let mut read_as = vec![described(&topics, &all, &timed.rows)];
-    read_as.extend(timing.map(|timing| timing.to_string()));
+    let mut read_as = vec![described(&topics, &all, &timed.rows, options)];
+    read_as.extend(mended.said());
+    let (names, depth) = all.first().map_or((vec![], None), |one| (one.names.clone(), one.depth));
+    if let Some(other) = all.iter().find(|one| one.depth != depth) {
+        let why = "has images of other bits than the first bag; record one kind of pixels";
+        return Err(Error::file(format!("{file}/{}", other.name), why));
+    }
     let shape = all.first().map_or(&[][..], |one| &one.shape);
+    if let &[_, height, width] = shape {
+        let mut recorded = frames(file, all, timed, [height, width], options)?;
+        (recorded.read_as, recorded.topics, recorded.depth) = (read_as, topics, depth);
+        return Ok(recorded);
+    }
+    let timing = Timing::of(&timed.stamps(), options.stamped);
+    read_as.extend(timing.map(|timing| timing.to_string()));
     let (layout, shape) = match shape {
         [_, _] => (Layout::Sequence, shape),
         _ => (Layout::Series, &[][..]),
     };
     let x = timed.into_recordings(timing, shape, file, options)?;
     let origins = all.into_iter().map(|recording| recording.name).collect();
-    let (dtype, rate) = ("mcap".into(), timing.map(|timing| timing.rate()));
-    Ok(Recorded { x, dtype, layout: Some(layout), origins, rate, read_as, topics, channel_names: vec![] })
+    let rate = timing.map(|timing| timing.rate());
+    let dtype = DTYPE.into();
+    Ok(Recorded {
+        rate,
+        read_as,
+        topics,
+        channel_names: names,
+        depth,
+        ..Recorded::of(x, dtype, Some(layout), origins)
+    })
+}
+
+/// The type of values.
+const DTYPE: &str = "mcap";
+
+/// Makes a sample of each frame in colour: no layout has colours over time.
+fn frames(
+    file: &str,
+    all: Vec<BagRecording>,
+    timed: Timed,
+    [height, width]: [usize; 2],
+    options: &ReadOptions,
+) -> Result<Recorded> {
+    let counts = timed.rows;
+    let is_single = counts.iter().all(|frames| *frames == 1);
+    if let (Some(at), None) = (counts.iter().position(|frames| *frames > 1), options.layout) {
+        return Err(Error::file(
+            format!("{file}/{}", all[at].name),
+            format!(
+                "has {} images in colour, and no layout has colours over time; say layout = \"colour\" to make each a sample, \
+                 or layout = \"sequence\" to read them over time in grey, in the config or in labels.json beside the bags",
+                counts[at]
+            ),
+        ));
+    }
+    let samples: usize = counts.iter().sum();
+    options.limits.refuse_samples(file, samples as u64)?;
+    let no_samples = || Error::NoSamples { at: file.into() };
+    let x =
+        ArrayD::from_shape_vec(vec![samples, 3, height, width], timed.values).map_err(|_| no_samples())?;
+    let named = |(one, frames): (BagRecording, &usize)| {
+        (0..*frames)
+            .map(move |frame| if is_single { one.name.clone() } else { format!("{}[{frame}]", one.name) })
+    };
+    let origins = all.into_iter().zip(&counts).flat_map(named).collect();
+    let frames = if is_single { vec![] } else { counts };
+    Ok(Recorded { frames, ..Recorded::of(x.into(), DTYPE.into(), Some(Layout::Colour), origins) })
 }
 
 /// Says for the card how bags were read; `rows` are those of each recording.
-fn described(topics: &[String], all: &[BagRecording], rows: &[usize]) -> String {
+fn described(topics: &[String], all: &[BagRecording], rows: &[usize], options: &ReadOptions) -> String {
     let of = |(topic, channels): (&String, &usize)| match all.first().map(|first| first.shape.as_slice()) {
-        Some([height, width]) => format!("{topic} (grey images of {height} × {width})"),
+        Some([height, width]) => {
+            let is_chosen = options.layout == Some(Layout::Sequence);
+            let colours = if is_chosen { "any colours as grey" } else { "grey" };
+            format!("{topic} ({colours} images of {height} × {width})")
+        }
+        Some([_, height, width]) => format!("{topic} (colour images of {height} × {width}, each a sample)"),
         _ => format!("{topic} ({})", crate::error::plural(*channels, "channel")),
     };
     let channels = all.first().map_or(&[][..], |first| &first.channels);
@@ -241,7 +317,14 @@ fn joined(
     }
     timed.rows.push(keep.len());
     timed.stamps.extend(keep);
-    Ok(BagRecording { name, shape, channels, unmatched })
+    let depth = tracks.iter().find_map(|track| track.depth);
+    let named = |track: &Track| -> Vec<String> {
+        let below =
+            |name: &String| format!("{}{}{name}", track.topic, if name.starts_with('[') { "" } else { "." });
+        if topics.len() == 1 { track.names.clone() } else { track.names.iter().map(below).collect() }
+    };
+    let names = tracks.iter().flat_map(named).collect();
+    Ok(BagRecording { name, shape, channels, unmatched, names, depth })
 }
 
 /// Interpolates `tracks`, whose messages lie `at` their times, at common `times`: `out` is `[times, width]`.

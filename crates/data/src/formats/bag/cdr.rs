@@ -5,7 +5,8 @@
 //!
 //! Crates for CDR need types that are known at compile time; these come with the bag.
 
-use crate::formats::bag::ros_type::{FieldType, Many, MessageType, Number, RosType};
+use crate::formats::bag::numbers::Numbers;
+use crate::formats::bag::ros_type::{FieldType, Many, MessageField, MessageType, Number, RosType};
 
 /// Most types within types of a definition that does not go in circles.
 const MAX_DEPTH: usize = 24;
@@ -38,7 +39,7 @@ impl<'d> Cdr<'d> {
         &mut self,
         message: &MessageType,
         wanted: &[&str],
-        out: &mut Vec<f32>,
+        out: &mut Numbers,
     ) -> Result<(), Broken> {
         self.of_type(message, &message.types[0], wanted, Some(out), 0)
     }
@@ -48,7 +49,7 @@ impl<'d> Cdr<'d> {
         message: &MessageType,
         ros_type: &RosType,
         wanted: &[&str],
-        mut out: Option<&mut Vec<f32>>,
+        mut out: Option<&mut Numbers>,
         depth: usize,
     ) -> Result<(), Broken> {
         if depth > MAX_DEPTH {
@@ -70,21 +71,51 @@ impl<'d> Cdr<'d> {
             if count > self.data.len() - self.at {
                 return Err(SHORT);
             }
-            for _ in 0..count {
-                match field.of {
-                    FieldType::Number(number) => {
-                        let value = self.number(number)?;
-                        if let (Some(out), true) = (&mut out, is_wanted && wanted.is_empty()) {
-                            out.push(value);
-                        }
-                    }
-                    FieldType::Text => drop(self.text()?),
-                    FieldType::Of(place) => {
-                        let next = &message.types[place];
-                        let out = out.as_deref_mut().filter(|_| is_wanted && !next.is_about);
-                        self.of_type(message, next, wanted, out, depth + 1)?;
-                    }
+            let outside = out.as_deref_mut().map_or(0, |out| out.enter(&field.name));
+            for place in 0..count {
+                let before = out.as_deref_mut().map_or(0, |out| match field.many {
+                    Many::One => out.here(),
+                    _ => out.enter_place(place),
+                });
+                self.value(message, field, (is_wanted, wanted), out.as_deref_mut(), depth)?;
+                if let Some(out) = &mut out {
+                    out.leave(before);
                 }
+            }
+            if let Some(out) = &mut out {
+                out.leave(outside);
+            }
+        }
+        Ok(())
+    }
+
+    /// Reads one value of a field, which is wanted or not, and of it what is below the wanted fields.
+    fn value(
+        &mut self,
+        message: &MessageType,
+        field: &MessageField,
+        (is_wanted, wanted): (bool, &[&str]),
+        out: Option<&mut Numbers>,
+        depth: usize,
+    ) -> Result<(), Broken> {
+        match field.of {
+            FieldType::Number(number) => {
+                let value = self.number(number)?;
+                if let Some(out) = out.filter(|_| is_wanted && wanted.is_empty()) {
+                    out.push(value);
+                }
+            }
+            FieldType::Text => {
+                let text = self.text()?;
+                let is_label = depth == 0 && field.name == "name" && field.many != Many::One;
+                if let Some(out) = out.filter(|_| is_label) {
+                    out.labels.push(String::from_utf8_lossy(text).into());
+                }
+            }
+            FieldType::Of(place) => {
+                let next = &message.types[place];
+                let out = out.filter(|_| is_wanted && !next.is_about);
+                self.of_type(message, next, wanted, out, depth + 1)?;
             }
         }
         Ok(())
@@ -112,16 +143,16 @@ impl<'d> Cdr<'d> {
         self.bits(1).map(|bits| bits as u8)
     }
 
-    fn number(&mut self, number: Number) -> Result<f32, Broken> {
+    fn number(&mut self, number: Number) -> Result<f64, Broken> {
         let bits = self.bits(number.size())?;
         Ok(match number {
-            Number::Uint(_) => bits as f32,
+            Number::Uint(_) => bits as f64,
             Number::Int(size) => {
                 let unused = 64 - 8 * size as u32;
-                ((bits << unused) as i64 >> unused) as f32
+                ((bits << unused) as i64 >> unused) as f64
             }
-            Number::F32 => f32::from_bits(bits as u32),
-            Number::F64 => f64::from_bits(bits) as f32,
+            Number::F32 => f32::from_bits(bits as u32).into(),
+            Number::F64 => f64::from_bits(bits),
         })
     }
 
@@ -143,11 +174,11 @@ impl<'d> Cdr<'d> {
 mod tests {
     use super::*;
 
-    fn numbers(text: &str, wanted: &[&str], bytes: &[u8]) -> Result<Vec<f32>, Broken> {
+    fn numbers(text: &str, wanted: &[&str], bytes: &[u8]) -> Result<Vec<f64>, Broken> {
         let message = MessageType::parse("own/msg/Press", text).unwrap();
-        let mut out = vec![];
+        let mut out = Numbers::default();
         Cdr::new(bytes)?.numbers(&message, wanted, &mut out)?;
-        Ok(out)
+        Ok(out.values)
     }
 
     #[test]
@@ -169,7 +200,7 @@ mod tests {
         let many = [&[0, 1, 0, 0][..], &[0xFF; 40]].concat();
         assert_eq!(numbers("Self[] a\n===\nMSG: own/Self\nfloat64[3] b", &[], &many), Err(SHORT));
         let within = MessageType::parse("own/msg/A", "B b\n===\nMSG: own/B\nB b").unwrap();
-        let broken = Cdr::new(&many).unwrap().numbers(&within, &[], &mut vec![]);
+        let broken = Cdr::new(&many).unwrap().numbers(&within, &[], &mut Numbers::default());
         assert_eq!(broken, Err("is of a type within itself"));
         assert!(Cdr::new(&[0, 7, 0, 0, 1]).is_err_and(|why| why.contains("version 1")));
     }

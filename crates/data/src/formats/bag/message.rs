@@ -1,11 +1,13 @@
 //! Reads the measurement in a message: numbers, or an image.
 
+use crate::dataset::precision::Precision;
 use crate::formats::bag::cdr::{Broken, Cdr};
 use crate::formats::bag::file::Topic;
+use crate::formats::bag::image::ImageReader;
+use crate::formats::bag::json;
+use crate::formats::bag::numbers::{Numbers, Template};
 use crate::formats::bag::ros_type::{FieldType, MessageType};
-use crate::formats::image_file;
-use crate::formats::json_numbers::JsonNumbers;
-use serde::de::DeserializeSeed;
+use crate::options::ReadOptions;
 use std::borrow::Cow;
 
 /// Types whose numbers are no values of a sensor.
@@ -20,63 +22,128 @@ const NO_SENSOR: [&str; 8] = [
     "sensor_msgs/msg/CameraInfo",
 ];
 const IMAGE: &str = "sensor_msgs/msg/Image";
+const COMPRESSED: &str = "sensor_msgs/msg/CompressedImage";
 
 /// Reads the messages of a topic.
 #[derive(Debug)]
-pub(crate) enum Decoder {
-    /// Of a type of numbers, and the fields below which they are read.
-    Cdr {
-        message: MessageType,
-        fields: Vec<String>,
-    },
-    Json {
-        fields: Vec<String>,
-    },
-    /// Grey, resampled to `[height, width]` where a size is given.
-    Image {
-        size: Option<[usize; 2]>,
-    },
+pub(crate) struct Decoder {
+    of: Measurement,
+    /// The fields below which numbers are read.
+    fields: Vec<String>,
+    numbers: Numbers,
+    /// Of the first message: the names of its numbers, and its joints.
+    first: Option<(Template, Vec<String>)>,
+    /// Bits of a pixel.
+    pub depth: Option<u8>,
+}
+
+/// What messages of a topic hold.
+#[derive(Debug)]
+enum Measurement {
+    /// Numbers, by their type.
+    Cdr(MessageType),
+    Json,
+    Image(ImageReader),
 }
 
 impl Decoder {
     /// Makes a decoder of the numbers below `fields` of a topic, or says why there is none.
-    pub fn of(topic: &Topic, fields: &[&str], size: Option<[usize; 2]>) -> Result<Self, String> {
-        let names: Vec<String> = fields.iter().map(ToString::to_string).collect();
-        match (topic.encoding.as_str(), topic.language.as_str()) {
-            ("json", _) => Ok(Self::Json { fields: names }),
-            ("cdr", "ros2msg") if topic.kind == IMAGE && fields.is_empty() => Ok(Self::Image { size }),
-            ("cdr", "ros2msg") => {
-                let message = MessageType::parse(&topic.kind, &topic.definition)?;
-                Ok(Self::Cdr { message, fields: names })
+    pub fn of(topic: &Topic, fields: &[&str], options: &ReadOptions) -> Result<Self, String> {
+        let of = match (topic.encoding.as_str(), topic.language.as_str()) {
+            ("json", _) => Measurement::Json,
+            ("cdr", "ros2msg") if [IMAGE, COMPRESSED].contains(&topic.kind.as_str()) => {
+                if let [field, ..] = fields {
+                    return Err(format!(
+                        "names the field {field} of images, whose pixels are read whole; name the topic {} alone",
+                        topic.name
+                    ));
+                }
+                Measurement::Image(ImageReader::of(options, topic.kind == COMPRESSED))
             }
-            (encoding, language) => Err(format!(
-                "has messages in {encoding:?} defined in {language:?}; those in cdr with ros2msg, and in json, are read"
-            )),
-        }
+            ("cdr", "ros2msg") => Measurement::Cdr(MessageType::parse(&topic.kind, &topic.definition)?),
+            ("ros1", _) => {
+                return Err(
+                    "has messages of ROS 1; convert the recording with rosbags-convert (pip install rosbags)"
+                        .into(),
+                );
+            }
+            (encoding, language) => {
+                return Err(format!(
+                    "has messages in {encoding:?} defined in {language:?}; those in cdr with ros2msg, and in json, are read"
+                ));
+            }
+        };
+        let fields = fields.iter().map(ToString::to_string).collect();
+        Ok(Self { of, fields, numbers: Numbers::default(), first: None, depth: None })
     }
 
     pub fn is_image(&self) -> bool {
-        matches!(self, Self::Image { .. })
+        matches!(self.of, Measurement::Image(_))
     }
 
-    /// Adds the numbers of a message to `out`, or the rows of an image. Returns their shape.
-    pub fn read(&self, data: &[u8], out: &mut Vec<f32>) -> Result<Vec<usize>, Cow<'static, str>> {
-        let before = out.len();
-        match self {
-            Self::Cdr { message, fields } => {
-                let fields: Vec<&str> = fields.iter().map(String::as_str).collect();
-                Cdr::new(data)?.numbers(message, &fields, out)?;
+    /// Returns the names of the numbers of a message; none of images.
+    pub fn names(&self) -> &[String] {
+        self.first.as_ref().map_or(&[], |(template, _)| &template.names)
+    }
+
+    /// Adds the numbers of a message to `out`, in the order of the first message, or the planes of an image. Returns their
+    /// shape.
+    pub fn read(
+        &mut self,
+        data: &[u8],
+        out: &mut Vec<f32>,
+        precision: &mut Precision,
+    ) -> Result<Vec<usize>, Cow<'static, str>> {
+        match &self.of {
+            Measurement::Image(reader) => {
+                let image = reader.read(data)?;
+                let first = *self.depth.get_or_insert(image.depth.unwrap_or_default());
+                if first != image.depth.unwrap_or_default() {
+                    return Err("is an image of other pixels than message 0: of 8 bits, 16 bits or floats; record one kind".into());
+                }
+                out.extend(image.values);
+                return Ok(image.shape);
             }
-            Self::Json { fields } => {
-                let mut reader = serde_json::Deserializer::from_slice(data);
-                let convert = |number: f64| number as f32;
-                let seed = JsonNumbers { out, convert, wanted: Some(fields), most: usize::MAX };
-                let read = seed.deserialize(&mut reader).and_then(|()| reader.end());
+            Measurement::Json => {
+                self.numbers.begin(true);
+                let read = json::read(data, &self.fields, &mut self.numbers);
                 read.map_err(|e| format!("is no JSON ({e})"))?;
+                self.matched()?;
             }
-            Self::Image { size } => return image(data, *size, out),
+            Measurement::Cdr(_) => {
+                self.cdr(data, self.first.is_none())?;
+                // Fields are in one order by their type, joints are not.
+                if self.first.as_ref().is_some_and(|(_, joints)| *joints != self.numbers.labels) {
+                    self.cdr(data, true)?;
+                }
+                if self.numbers.has_names {
+                    self.matched()?;
+                }
+            }
         }
-        Ok(vec![out.len() - before])
+        let values = self.numbers.values.iter().enumerate();
+        out.extend(values.map(|(channel, value)| precision.rounded(channel, *value)));
+        Ok(vec![self.numbers.values.len()])
+    }
+
+    /// Reads the numbers of a message of a type, with their names or without.
+    fn cdr(&mut self, data: &[u8], has_names: bool) -> Result<(), Broken> {
+        let Measurement::Cdr(message) = &self.of else { return Ok(()) };
+        let fields: Vec<&str> = self.fields.iter().map(String::as_str).collect();
+        self.numbers.begin(has_names);
+        Cdr::new(data)?.numbers(message, &fields, &mut self.numbers)
+    }
+
+    /// Brings the numbers into the order of the first message, which this may be.
+    fn matched(&mut self) -> Result<(), String> {
+        self.numbers.name_joints();
+        match &self.first {
+            Some((template, _)) => template.arrange(&mut self.numbers),
+            None => {
+                self.first = Some((Template::of(&self.numbers.names)?, self.numbers.labels.clone()));
+                Ok(())
+            }
+        }
     }
 }
 
@@ -85,102 +152,12 @@ pub(crate) fn is_measured(topic: &Topic) -> bool {
     if NO_SENSOR.iter().any(|name| topic.kind.starts_with(name)) {
         return false;
     }
-    match Decoder::of(topic, &[], None) {
-        Ok(Decoder::Cdr { message, .. }) => {
+    match Decoder::of(topic, &[], &ReadOptions::default()).map(|decoder| decoder.of) {
+        Ok(Measurement::Cdr(message)) => {
             let mut types = message.types.iter().filter(|ros_type| !ros_type.is_about);
             types.any(|ros_type| ros_type.fields.iter().any(|field| matches!(field.of, FieldType::Number(_))))
         }
         Ok(_) => true,
         Err(_) => false,
     }
-}
-
-/// The numbers of a pixel.
-#[derive(Clone, Copy)]
-enum Pixel {
-    U8,
-    U16,
-    F32,
-}
-
-impl Pixel {
-    fn bytes(self) -> usize {
-        match self {
-            Pixel::U8 => 1,
-            Pixel::U16 => 2,
-            Pixel::F32 => 4,
-        }
-    }
-
-    /// Returns the numbers of a pixel, how many channels it has, and which of them is red.
-    fn of(encoding: &str) -> Result<(Self, usize, usize), Cow<'static, str>> {
-        Ok(match encoding {
-            "mono8" | "8UC1" => (Pixel::U8, 1, 0),
-            "mono16" | "16UC1" => (Pixel::U16, 1, 0),
-            "32FC1" => (Pixel::F32, 1, 0),
-            "rgb8" | "8UC3" => (Pixel::U8, 3, 0),
-            "bgr8" => (Pixel::U8, 3, 2),
-            "rgba8" => (Pixel::U8, 4, 0),
-            "bgra8" => (Pixel::U8, 4, 2),
-            other => {
-                let other: String = other.chars().take(20).collect();
-                return Err(format!(
-                    "is an image in {other:?}; mono8, mono16, 32FC1, rgb8, bgr8 and those with alpha are read"
-                )
-                .into());
-            }
-        })
-    }
-}
-
-/// Reads a `sensor_msgs/Image`: header, height, width, encoding, order of bytes, bytes of a row, rows. Colours become grey
-/// (luma of ITU-R BT.601).
-fn image(data: &[u8], size: Option<[usize; 2]>, out: &mut Vec<f32>) -> Result<Vec<usize>, Cow<'static, str>> {
-    let mut cdr = Cdr::new(data)?;
-    cdr.word()?;
-    cdr.word()?;
-    cdr.text()?;
-    let [height, width] = [cdr.word()? as usize, cdr.word()? as usize];
-    let encoding = String::from_utf8_lossy(cdr.text()?).into_owned();
-    let is_big = cdr.byte()? != 0;
-    let step = cdr.word()? as usize;
-    let rows = cdr.bytes()?;
-    let (pixel, channels, red) = Pixel::of(&encoding)?;
-    let row = width.saturating_mul(channels * pixel.bytes());
-    if height == 0 || width == 0 || row > step || step.saturating_mul(height) > rows.len() {
-        return Err(Cow::Borrowed(SMALL));
-    }
-    let before = out.len();
-    for row in rows.chunks_exact(step).take(height).map(|bytes| &bytes[..row]) {
-        match (pixel, channels) {
-            (Pixel::U8, 1) => out.extend(row.iter().copied().map(f32::from)),
-            (Pixel::U8, _) => out.extend(row.chunks_exact(channels).map(|pixel| grey(pixel, red))),
-            (Pixel::U16, _) => out.extend(row.as_chunks().0.iter().map(|bytes| {
-                f32::from(if is_big { u16::from_be_bytes(*bytes) } else { u16::from_le_bytes(*bytes) })
-            })),
-            (Pixel::F32, _) => {
-                out.extend(row.as_chunks().0.iter().map(|bytes| {
-                    if is_big { f32::from_be_bytes(*bytes) } else { f32::from_le_bytes(*bytes) }
-                }))
-            }
-        }
-    }
-    let Some(size) = size else { return Ok(vec![height, width]) };
-    let white = match pixel {
-        Pixel::U8 => 255.0,
-        Pixel::U16 => 65535.0,
-        Pixel::F32 => return Err("is an image of floats, which resize does not shrink; leave it out".into()),
-    };
-    let small = image_file::shrunk(&out[before..], [height, width], size, white);
-    out.truncate(before);
-    out.extend(small);
-    Ok(size.to_vec())
-}
-
-const SMALL: Broken = "is an image of more pixels than it has bytes for";
-
-/// Returns the grey of a pixel of red, green and blue, or of blue, green and red where `red` is 2.
-fn grey(pixel: &[u8], red: usize) -> f32 {
-    let [red, green, blue] = [red, 1, 2 - red].map(|at| f32::from(pixel[at]));
-    0.299 * red + 0.587 * green + 0.114 * blue
 }

@@ -7,8 +7,14 @@ pub(crate) mod cdr;
 #[cfg(feature = "mcap")]
 pub(crate) mod file;
 #[cfg(feature = "mcap")]
+pub(crate) mod image;
+#[cfg(feature = "mcap")]
+pub(crate) mod json;
+#[cfg(feature = "mcap")]
 pub(crate) mod message;
 pub(crate) mod names;
+#[cfg(feature = "mcap")]
+pub(crate) mod numbers;
 pub(crate) mod path;
 #[cfg(feature = "mcap")]
 pub(crate) mod ros_type;

@@ -4,6 +4,7 @@ use crate::Result;
 use crate::dataset::labels::by_name;
 use crate::formats::bag::path::is_bag;
 use crate::layout::listing::{FoundFiles, Listing, last, list};
+use crate::layout::names_file::NAMES;
 use crate::layout::order::in_order;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -28,7 +29,12 @@ pub(crate) fn per_name(root: &Path, top: &Listing) -> Result<Option<FoundFiles>>
     found.pass_over(root, top.ignored.iter().cloned());
     let mut sessions = vec![];
     match top.folders.as_slice() {
-        [] => found.files = in_order(top.files.clone()),
+        [] => {
+            let (about, bags): (Vec<PathBuf>, Vec<PathBuf>) =
+                top.files.iter().cloned().partition(|path| last(path) == NAMES);
+            found.pass_over(root, about);
+            found.files = in_order(bags);
+        }
         folders if stems(folders).len() == 1 => {
             found.pass_over(root, top.files.iter().cloned());
             for folder in in_order(folders.to_vec()) {

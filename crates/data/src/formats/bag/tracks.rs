@@ -1,9 +1,12 @@
 //! Reads the messages of chosen topics of a bag.
 
+use crate::dataset::channel_names::places;
+use crate::dataset::precision::Precision;
 use crate::formats::bag::file::{self, Topic};
 use crate::formats::bag::message::Decoder;
 use crate::formats::bag::path::parts;
 use crate::formats::bag::topics::{Count, counted, described};
+use crate::formats::stamps::{Mended, TOO_MANY};
 use crate::options::ReadOptions;
 use crate::{Error, Result};
 use std::path::Path;
@@ -15,8 +18,16 @@ pub(crate) struct Track {
     pub stamps: Vec<u64>,
     /// `[time, ...]`.
     pub values: Vec<f32>,
-    /// Shape of one message: `[channels]`, or height and width of an image.
+    /// Shape of one message: `[channels]`, or `[H, W]` or `[3, H, W]` of an image.
     pub shape: Vec<usize>,
+    /// Name of the topic.
+    pub topic: String,
+    /// Names of the channels; none of images.
+    pub names: Vec<String>,
+    /// Bits of a pixel.
+    pub depth: Option<u8>,
+    /// What was done about its stamps.
+    pub mended: Mended,
 }
 
 impl Track {
@@ -45,6 +56,40 @@ impl Track {
         self.stamps.sort_unstable();
         self
     }
+
+    /// Drops all but the first of messages of one time, or says that there are too many.
+    fn without_repeats(mut self) -> Result<Self, String> {
+        let steps = self.stamps.len();
+        let size = self.values.len() / steps;
+        let mut kept = 0;
+        for at in 0..steps {
+            if at > 0 && self.stamps[at] == self.stamps[kept - 1] {
+                continue;
+            }
+            if kept < at {
+                self.stamps[kept] = self.stamps[at];
+                self.values.copy_within(at * size..(at + 1) * size, kept * size);
+            }
+            kept += 1;
+        }
+        self.stamps.truncate(kept);
+        self.values.truncate(kept * size);
+        self.mended = Mended { steps, repeated: steps - kept, wraps: 0 };
+        self.mended.checked()?;
+        Ok(self)
+    }
+
+    /// Brings the channels into the order of those of another bag, where there are as many.
+    pub fn arrange(&mut self, wanted: &[String]) -> Result<(), String> {
+        if wanted.len() != self.names.len() {
+            return Ok(());
+        }
+        let Some(places) = places(wanted, &self.names)? else { return Ok(()) };
+        let message = |values: &[f32]| places.iter().map(|at| values[*at]).collect::<Vec<f32>>();
+        self.values = self.values.chunks_exact(self.names.len()).flat_map(message).collect();
+        self.names = wanted.to_vec();
+        Ok(())
+    }
 }
 
 /// Returns the fields below a topic that `chosen` names: an empty list for the topic itself, `["effort"]` for
@@ -62,6 +107,7 @@ struct ChosenTopic {
     track: Track,
     /// Place of the topic, and the decoder of its messages.
     decoder: Option<(usize, Decoder)>,
+    precision: Precision,
 }
 
 /// Reads the messages of the `chosen` topics of a bag, each of one shape; no more than `most` values.
@@ -95,22 +141,25 @@ pub(crate) fn tracks(bag: &Path, chosen: &[String], options: &ReadOptions, most:
         })?;
     }
     let mut out = vec![];
-    for (ChosenTopic { track, decoder }, chosen) in all.into_iter().zip(chosen) {
-        if decoder.is_none() {
+    for (ChosenTopic { mut track, decoder, precision }, chosen) in all.into_iter().zip(chosen) {
+        let Some((_, decoder)) = decoder else {
             let held = described(&topics, &counts);
             return Err(refuse(format!("has no messages of topic {chosen}; it has {held}")));
-        }
+        };
         if track.values.is_empty() {
             return Err(refuse(format!("topic {chosen} holds no numbers")));
         }
-        let track = track.sorted();
-        if let Some(twice) = track.stamps.windows(2).find(|pair| pair[0] == pair[1]) {
-            return Err(refuse(format!(
-                "topic {chosen} has two messages of the same time, {} ns; give each sensor a topic of its own",
-                twice[0]
-            )));
+        track.names = decoder.names().to_vec();
+        track.depth = decoder.depth.filter(|depth| *depth > 0);
+        if let Some(lossy) = precision.lossy() {
+            let name = track.names.get(lossy.channel).map_or("", String::as_str);
+            return Err(refuse(format!("topic {chosen}: {name} {lossy}, choosing other fields with topics")));
         }
-        out.push(track);
+        out.push(track.sorted().without_repeats().map_err(|count| {
+            let how =
+                "give each sensor a topic of its own, and record messages at the time at which they come";
+            refuse(format!("{count} of topic {chosen} {TOO_MANY}; {how}"))
+        })?);
     }
     Ok(out)
 }
@@ -124,28 +173,34 @@ impl ChosenTopic {
         message: &file::BagMessage,
         options: &ReadOptions,
     ) -> Result<(), String> {
-        let decoder = match &self.decoder {
+        match &self.decoder {
             Some((place, _)) if *place != message.topic => return Ok(()),
-            Some((_, decoder)) => decoder,
+            Some(_) => {}
             None => {
                 let Some(fields) = fields(chosen, &topic.name) else { return Ok(()) };
                 let decoder =
-                    Decoder::of(topic, &fields, options.resize).map_err(|why| format!("{chosen} {why}"))?;
+                    Decoder::of(topic, &fields, options).map_err(|why| format!("{chosen} {why}"))?;
                 if options.resize.is_some() && !decoder.is_image() {
                     return Err(format!("{chosen} holds no images, to which resize applies; leave it out"));
                 }
-                &self.decoder.insert((message.topic, decoder)).1
+                self.decoder = Some((message.topic, decoder));
+                self.track.topic = topic.name.clone();
             }
-        };
-        let Track { stamps, values, shape } = &mut self.track;
-        let read = decoder.read(message.data, values);
+        }
+        let Some((_, decoder)) = &mut self.decoder else { return Ok(()) };
+        let Track { stamps, values, shape, .. } = &mut self.track;
+        let read = decoder.read(message.data, values, &mut self.precision);
         let read = read.map_err(|why| format!("{chosen}: message {} {why}", stamps.len()))?;
         if stamps.is_empty() {
             *shape = read;
         } else if *shape != read {
+            let how = if decoder.is_image() {
+                "set resize = [height, width], and record all in grey or all in colour"
+            } else {
+                "choose with topics a field that does not change in size, or record lists of one length"
+            };
             return Err(format!(
-                "{chosen}: message {} holds {read:?} numbers, those before it {shape:?}; choose a field that does not \
-                 change in size, such as {chosen}.data",
+                "{chosen}: message {} holds {read:?} numbers, those before it {shape:?}; {how}",
                 stamps.len()
             ));
         }

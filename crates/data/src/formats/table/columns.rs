@@ -2,6 +2,7 @@
 
 use crate::dataset::channel_names::listed;
 use crate::formats::table::options::{Clock, TableForm, TableOptions};
+use crate::formats::table::text_columns::TableText;
 use crate::options::ReadOptions;
 use crate::{Error, Result};
 
@@ -30,14 +31,13 @@ impl TableColumns {
     pub fn of(header: &[String], file: &str, options: &ReadOptions, needed: bool) -> Result<Self> {
         let header = Header { names: header, file };
         let table = &options.table;
-        for name in &table.ignore {
-            header.named(name, "table.ignore")?;
-        }
+        let ignored = |name: &String| header.named(name, "table.ignore");
+        let ignored: Vec<usize> = table.ignore.iter().map(ignored).collect::<Result<_>>()?;
         let recording = match &table.recording {
             Some(name) => Some(header.named(name, "table.recording")?),
             None => recording_in(header.names),
         };
-        let time = header.time(table)?;
+        let time = header.time(table, &ignored)?;
         let form = match (table.form, recording, time) {
             (Some(form), _, _) => form,
             (None, Some(_), _) => TableForm::Long,
@@ -67,12 +67,13 @@ impl TableColumns {
         };
         let test = options.test.as_ref().map(|name| header.named(name, "test")).transpose()?;
         let used = [recording, time.map(|(at, _)| at), label, group, test];
-        let is_ignored = |name: &String| {
+        let is_ignored = |at: usize| {
+            let name = &header.names[at];
             // Spreadsheets and data frames write row numbers in a column without a name. Another column of classes would
             // give the answer away.
-            name.is_empty() || table.ignore.contains(name) || is_like_a_role(name)
+            name.is_empty() || ignored.contains(&at) || is_like_a_role(name)
         };
-        let is_free = |at: &usize| !used.contains(&Some(*at)) && !is_ignored(&header.names[*at]);
+        let is_free = |at: &usize| !used.contains(&Some(*at)) && !is_ignored(*at);
         let named = |name: &String| header.named(name, "table.columns");
         let rest = if table.columns.is_empty() {
             (0..header.names.len()).filter(is_free).collect()
@@ -80,6 +81,12 @@ impl TableColumns {
             table.columns.iter().map(named).collect::<Result<_>>()?
         };
         Ok(Self { form, recording, time, label, group, test, rest, shape: table.shape.clone() })
+    }
+
+    /// Takes the unit of time stamps from the type of their column, where no option says it.
+    pub fn with_clock(self, table: &TableText, options: &ReadOptions) -> Self {
+        let typed = |at: usize| options.table.clock.or(table.clock(at));
+        Self { time: self.time.map(|(at, clock)| (at, typed(at).unwrap_or(clock))), ..self }
     }
 
     /// Lists the columns that are used beside the channels; the time of a sample is no feature of it.
@@ -125,10 +132,12 @@ impl Header<'_> {
         self.find(name).ok_or_else(|| self.missing(name, option))
     }
 
-    fn time(&self, table: &TableOptions) -> Result<Option<(usize, Clock)>> {
+    /// Finds the column of time stamps: the named one, or that of a usual name that is not `ignored`.
+    fn time(&self, table: &TableOptions, ignored: &[usize]) -> Result<Option<(usize, Clock)>> {
         let at = match &table.time {
             Some(name) => Some(self.named(name, "table.time")?),
-            None => self.names.iter().position(|name| Clock::of_column(name).is_some()),
+            None => (0..self.names.len())
+                .find(|at| !ignored.contains(at) && Clock::of_column(&self.names[*at]).is_some()),
         };
         let clock = |at: usize| table.clock.or(Clock::of_column(&self.names[at])).unwrap_or(Clock::Seconds);
         Ok(at.map(|at| (at, clock(at))))

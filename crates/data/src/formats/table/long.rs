@@ -1,13 +1,15 @@
 //! Reads the long form of a table: the rows of a recording are its time steps.
 
-use crate::Result;
+use crate::dataset::precision::Precision;
 use crate::formats::clock::Timing;
+use crate::formats::stamps::{Mended, Stamp, StampRule, TOO_MANY};
 use crate::formats::table::columns::TableColumns;
 use crate::formats::table::options::Clock;
 use crate::formats::table::text_columns::{TableRow, TableText};
 use crate::formats::timed::Timed;
 use crate::length::ragged::Ragged;
 use crate::options::ReadOptions;
+use crate::{Error, Result};
 use std::collections::HashMap;
 
 /// One recording of a table, without its values.
@@ -17,8 +19,9 @@ pub(crate) struct TableRecording {
     pub group: Option<String>,
     /// Not 0 where it is tested on.
     pub mark: Option<i64>,
-    /// Line of its first row.
+    /// Line of its first row, and the file that holds it.
     line: u64,
+    file: String,
 }
 
 impl TableRecording {
@@ -30,8 +33,17 @@ impl TableRecording {
             group: columns.group.map(|at| row.named(at)).transpose()?,
             mark: columns.test.map(|at| row.mark(at)).transpose()?,
             line: row.line,
+            file: row.file.into(),
         })
     }
+}
+
+/// A long table: its recordings, their values, and what its stamps say.
+pub(crate) struct LongTable {
+    pub recordings: Vec<TableRecording>,
+    pub x: Option<Ragged>,
+    pub timing: Option<Timing>,
+    pub mended: Mended,
 }
 
 /// Reads all recordings, in the order in which they begin, as `[C, T]`, or as `[T, H, W]` where a row has a shape: where
@@ -41,8 +53,10 @@ pub(crate) fn read(
     columns: &TableColumns,
     channels: &[usize],
     options: &ReadOptions,
-) -> Result<(Vec<TableRecording>, Option<Ragged>, Option<Timing>)> {
-    let (all, mut timed) = gathered(table, columns, channels, options)?;
+) -> Result<LongTable> {
+    let mut gathered = Gathered::of(table, columns, channels, options)?;
+    let mended = gathered.mended()?;
+    let Gathered { recordings, mut timed, .. } = gathered;
     if let Some((_, clock)) = columns.time {
         timed.stamps.iter_mut().for_each(|stamp| *stamp /= clock.per_second());
     }
@@ -52,85 +66,150 @@ pub(crate) fn read(
         let how = "say their unit with table.clock";
         return Err(table.refuse(format!("{why}, being {:e} s apart; {how}", timing.step)));
     }
-    if all.is_empty() {
-        return Ok((all, None, timing));
+    if recordings.is_empty() {
+        return Ok(LongTable { recordings, x: None, timing, mended });
     }
     let x = timed.into_recordings(timing, &columns.shape, &table.file, options)?;
-    Ok((all, Some(x), timing))
+    Ok(LongTable { recordings, x: Some(x), timing, mended })
 }
 
-/// Gathers the recordings, and their rows, recording after recording.
-fn gathered(
-    table: &TableText,
-    columns: &TableColumns,
-    channels: &[usize],
-    options: &ReadOptions,
-) -> Result<(Vec<TableRecording>, Timed)> {
-    #[expect(clippy::expect_used, reason = "no long form is chosen without it")]
-    let recording = columns.recording.expect("a column of recordings");
-    let mut all: Vec<TableRecording> = vec![];
-    let mut timed = Timed { width: channels.len(), ..Timed::default() };
-    let rows = table.likely_rows(channels.len());
-    // Growing step by step would take twice the memory in the end.
-    let _ = timed.values.try_reserve_exact(rows * channels.len());
-    if columns.time.is_some() {
-        let _ = timed.stamps.try_reserve_exact(rows);
+/// The recordings of a table while its rows are read.
+struct Gathered<'t> {
+    table: &'t TableText,
+    columns: &'t TableColumns,
+    channels: &'t [usize],
+    recordings: Vec<TableRecording>,
+    /// Their stamps.
+    rules: Vec<StampRule>,
+    places: HashMap<String, usize>,
+    /// Their rows, in the order of the table until all are read.
+    timed: Timed,
+    /// Rows that come together, by recording.
+    runs: Vec<(usize, usize)>,
+    precision: Precision,
+}
+
+impl<'t> Gathered<'t> {
+    /// Gathers the rows of all recordings, recording after recording.
+    fn of(
+        table: &'t TableText,
+        columns: &'t TableColumns,
+        channels: &'t [usize],
+        options: &ReadOptions,
+    ) -> Result<Self> {
+        #[expect(clippy::expect_used, reason = "no long form is chosen without it")]
+        let recording = columns.recording.expect("a column of recordings");
+        let mut all = Self {
+            table,
+            columns,
+            channels,
+            recordings: vec![],
+            rules: vec![],
+            places: HashMap::new(),
+            timed: Timed { width: channels.len(), ..Timed::default() },
+            runs: vec![],
+            precision: Precision::default(),
+        };
+        let rows = table.likely_rows(channels.len());
+        // Growing step by step would take twice the memory in the end.
+        let _ = all.timed.values.try_reserve_exact(rows * channels.len());
+        if columns.time.is_some() {
+            let _ = all.timed.stamps.try_reserve_exact(rows);
+        }
+        table.rows(|row: TableRow| {
+            let read = TableRecording::of(&row, row.named(recording)?, columns)?;
+            all.add(read, &row, options)?;
+            Ok(true)
+        })?;
+        table.refuse_lossy(&all.precision, channels)?;
+        if all.runs.len() > all.recordings.len() {
+            all.timed.sort(&all.runs);
+        }
+        Ok(all)
     }
-    let mut places: HashMap<String, usize> = HashMap::new();
-    // Rows that come together, by recording; and the last time stamp of each recording.
-    let (mut runs, mut last): (Vec<(usize, usize)>, Vec<f64>) = (vec![], vec![]);
-    table.rows(|row: TableRow| {
-        let read = TableRecording::of(&row, row.named(recording)?, columns)?;
-        let at = match places.get(&read.name) {
+
+    /// Adds a row, and its recording where that is new.
+    fn add(&mut self, read: TableRecording, row: &TableRow, options: &ReadOptions) -> Result<()> {
+        let table = self.table;
+        let at = match self.places.get(&read.name) {
             Some(at) => *at,
             None => {
-                options.limits.refuse_samples(&table.file, all.len() as u64 + 1)?;
-                places.insert(read.name.clone(), all.len());
-                all.push(read);
-                timed.rows.push(0);
-                last.push(f64::NEG_INFINITY);
-                all.len() - 1
+                options.limits.refuse_samples(&table.file, self.recordings.len() as u64 + 1)?;
+                self.places.insert(read.name.clone(), self.recordings.len());
+                self.recordings.push(read);
+                self.timed.rows.push(0);
+                self.rules.push(StampRule::default());
+                self.recordings.len() - 1
             }
         };
-        refuse_other(table, &all[at], &row, columns)?;
-        options.limits.refuse_values(&table.file, timed.values.len() + channels.len())?;
-        if let Some(time) = columns.time {
-            last[at] = stamp_after(last[at], table, &row, &all[at].name, time)?;
-            timed.stamps.push(last[at]);
+        let recording = &self.recordings[at];
+        let is_torn = table.is_in_order
+            && self.timed.rows[at] > 0
+            && self.runs.last().is_some_and(|(last, _)| *last != at);
+        if is_torn || row.file != recording.file {
+            return Err(self.refused_again(recording, row));
         }
-        for channel in channels {
-            timed.values.push(row.number(*channel)?);
+        refuse_other(table, recording, row, self.columns)?;
+        options.limits.refuse_values(&table.file, self.timed.values.len() + self.channels.len())?;
+        if let Some((time, clock)) = self.columns.time {
+            let pushed = self.rules[at].push(row.stamp(time)?);
+            match pushed.map_err(|why| self.refused_time(recording, row, &why, clock))? {
+                Stamp::Later(stamp) => self.timed.stamps.push(stamp),
+                Stamp::Repeated => return Ok(()),
+            }
         }
-        timed.rows[at] += 1;
-        match runs.last_mut() {
+        for (place, channel) in self.channels.iter().enumerate() {
+            let value = row.number(*channel)?;
+            if table.is_wide(*channel) {
+                self.precision.see(place, row.long_number(*channel)?, value);
+            }
+            self.timed.values.push(value);
+        }
+        self.timed.rows[at] += 1;
+        match self.runs.last_mut() {
             Some((recording, rows)) if *recording == at => *rows += 1,
-            _ => runs.push((at, 1)),
+            _ => self.runs.push((at, 1)),
         }
-        Ok(true)
-    })?;
-    if runs.len() > all.len() {
-        timed.sort(&runs);
+        Ok(())
     }
-    Ok((all, timed))
-}
 
-/// Reads the time stamp of a row, which must be later than `before`, that of the last row of the same recording.
-fn stamp_after(
-    before: f64,
-    table: &TableText,
-    row: &TableRow,
-    recording: &str,
-    (time, clock): (usize, Clock),
-) -> Result<f64> {
-    let stamp = row.stamp(time)?;
-    if before >= stamp {
-        let (line, unit) = (row.line, clock.name());
-        return Err(table.refuse(format!(
-            "line {line}: the time of recording {recording:?} goes from {before} to {stamp} {unit}; sort its rows by \
-             time, without doubles"
-        )));
+    /// Returns the name of the column of recordings.
+    fn column(&self) -> &str {
+        self.columns.recording.map_or("recording", |at| &self.table.header[at])
     }
-    Ok(stamp)
+
+    /// Refuses a row whose time is not later than that before.
+    fn refused_time(&self, recording: &TableRecording, row: &TableRow, why: &str, clock: Clock) -> Error {
+        row.refused(&format!("{} {:?} {why} (time in {})", self.column(), recording.name, clock.name()))
+    }
+
+    /// Refuses a row of a recording that was at an end: that of another file, or after rows of others.
+    fn refused_again(&self, recording: &TableRecording, row: &TableRow) -> Error {
+        row.refused(&format!(
+            "{} {} was in {} from row {} on before: two episodes have one number; renumber those of one of the two, or leave \
+             it out",
+            self.column(),
+            recording.name,
+            recording.file,
+            recording.line
+        ))
+    }
+
+    /// Counts what was done about time stamps; refuses a clock that stands still.
+    fn mended(&mut self) -> Result<Mended> {
+        let mut all = Mended::default();
+        let Some((time, _)) = self.columns.time else { return Ok(all) };
+        for (rule, TableRecording { name, file, .. }) in self.rules.iter().zip(&self.recordings) {
+            let mended = rule.finish().map_err(|count| {
+                let column = &self.table.header[time];
+                let how =
+                    format!("write finer stamps, or leave the column out with table.ignore = [{column:?}]");
+                Error::file(file, format!("{count} of recording {name:?} {TOO_MANY}; {how}"))
+            })?;
+            all.add(mended);
+        }
+        Ok(all)
+    }
 }
 
 /// Refuses a row whose label, group or mark differs from that of its recording.
@@ -140,23 +219,20 @@ fn refuse_other(
     row: &TableRow,
     columns: &TableColumns,
 ) -> Result<()> {
-    let (name, first, line) = (&recording.name, recording.line, row.line);
+    let name = &recording.name;
+    let kind = if table.is_text() { "lines" } else { "rows" };
+    let both = || format!("{kind} {} and {} are both recording {name:?}", recording.line, row.line);
+    let refuse = |why: String| Err(Error::file(row.file, format!("{}, but {why}", both())));
     let said = [(columns.label, &recording.label), (columns.group, &recording.group)];
     let other = said.into_iter().filter_map(|(at, said)| Some((at?, said.as_deref()?)));
     for (at, said) in other {
         if row.text(at) != said {
-            return Err(table.refuse(format!(
-                "lines {first} and {line} are both recording {name:?}, but {} is {said:?} and {:?}; say one for all its \
-                 rows",
-                table.header[at],
-                row.text(at)
-            )));
+            let (column, now) = (&table.header[at], row.text(at));
+            return refuse(format!("{column} is {said:?} and {now:?}; say one for all its rows"));
         }
     }
     if columns.test.map(|at| row.mark(at)).transpose()? != recording.mark {
-        return Err(table.refuse(format!(
-            "lines {first} and {line} are both recording {name:?}, but one is to be tested on and the other is not"
-        )));
+        return refuse("one is to be tested on and the other is not".into());
     }
     Ok(())
 }

@@ -1,20 +1,21 @@
 //! Reads one table of many recordings, in CSV or Parquet.
 
 use crate::dataset::labels::by_name;
+use crate::dataset::precision::Precision;
 use crate::dataset::raw::{NamedColumn, Names, Raw, SampleFacts, name_of};
 use crate::formats::clock::Timing;
+use crate::formats::stamps::Mended;
 use crate::formats::table::columns::{TableColumns, recording_in};
-use crate::formats::table::long::{self, TableRecording};
+use crate::formats::table::long::{self, LongTable, TableRecording};
 use crate::formats::table::options::{TableForm, TableOptions};
 use crate::formats::table::text_columns::{TableRow, TableText};
 use crate::layout::arrays;
 use crate::layout::names_file;
-use crate::length::ragged::{Collected, Ragged};
+use crate::length::ragged::Collected;
 use crate::options::{Limits, ReadOptions, refuse_set};
 use crate::reader::{Format, Place, Purpose, Reader};
 use crate::{Error, Result};
 use std::collections::HashMap;
-use std::iter;
 use std::path::Path;
 use taxel_base::Layout;
 
@@ -115,7 +116,7 @@ pub(crate) fn read(
 ) -> Result<Raw> {
     let file = table.file.clone();
     let needs_labels = needs_labels && labels_by_recording.is_none();
-    let columns = TableColumns::of(&table.header, &file, options, needs_labels)?;
+    let columns = TableColumns::of(&table.header, &file, options, needs_labels)?.with_clock(table, options);
     let (channels, texts) = table.numeric(columns.rest.clone())?;
     if channels.is_empty() {
         let held = table.header.join(", ");
@@ -123,7 +124,7 @@ pub(crate) fn read(
     }
     refuse_shape(table, &columns, channels.len())?;
     let (names, mut facts) = beside;
-    let (mut all, x, timing) = match columns.form {
+    let LongTable { recordings: mut all, x, timing, mended } = match columns.form {
         TableForm::Wide => wide(table, &columns, &channels, options)?,
         TableForm::Long => long::read(table, &columns, &channels, options)?,
     };
@@ -138,8 +139,7 @@ pub(crate) fn read(
     let name = |at: usize| table.header[at].clone();
     let y_name = columns.label.map_or_else(|| "label".into(), name);
     let (y, names) = labels(&all, &y_name, &file, names)?;
-    let form = described(table, &columns, channels.len());
-    let read_as = iter::once(form).chain(timing.map(|timing| timing.to_string())).collect();
+    let read_as = [described(table, &columns, channels.len(), timing), mended.said()].concat();
     let used: Vec<usize> = columns.used().chain(channels.iter().chain(&texts).copied()).collect();
     let others = (0..table.header.len()).filter(|at| !used.contains(at));
     let ignored = others.map(|at| format!("column {:?}", name(at))).collect();
@@ -233,7 +233,12 @@ fn refuse_shape(table: &TableText, columns: &TableColumns, channels: usize) -> R
 }
 
 /// Says for the card how the table was read.
-fn described(table: &TableText, columns: &TableColumns, channels: usize) -> String {
+fn described(
+    table: &TableText,
+    columns: &TableColumns,
+    channels: usize,
+    timing: Option<Timing>,
+) -> Vec<String> {
     let name = |at: usize| &table.header[at];
     let axes = columns.shape.iter().map(usize::to_string).collect::<Vec<_>>().join(" × ");
     let mut parts = vec![match (columns.form, columns.shape.as_slice()) {
@@ -249,7 +254,8 @@ fn described(table: &TableText, columns: &TableColumns, channels: usize) -> Stri
     }
     parts.extend(role("labels", columns.label));
     parts.extend(role("groups", columns.group));
-    parts.join(", ")
+    let timing = timing.map(|timing| timing.to_string());
+    [Some(parts.join(", ")), timing].into_iter().flatten().collect()
 }
 
 fn wide(
@@ -257,11 +263,12 @@ fn wide(
     columns: &TableColumns,
     channels: &[usize],
     options: &ReadOptions,
-) -> Result<(Vec<TableRecording>, Option<Ragged>, Option<Timing>)> {
+) -> Result<LongTable> {
     let mut collected =
         Collected::new(&table.file, options.limits).of_about(table.likely_rows(channels.len()));
     let mut all = vec![];
     let mut values = vec![0.0; channels.len()];
+    let mut precision = Precision::default();
     let list = [channels.len()];
     let shape = if columns.shape.is_empty() { &list[..] } else { &columns.shape };
     table.rows(|row: TableRow| {
@@ -269,8 +276,11 @@ fn wide(
             Some(at) => row.named(at)?,
             None => format!("line {}", row.line),
         };
-        for (value, at) in values.iter_mut().zip(channels) {
+        for (place, (value, at)) in values.iter_mut().zip(channels).enumerate() {
             *value = row.number(*at)?;
+            if table.is_wide(*at) {
+                precision.see(place, row.long_number(*at)?, *value);
+            }
         }
         let recording = TableRecording::of(&row, name, columns)?;
         options.limits.refuse_samples(&table.file, all.len() as u64 + 1)?;
@@ -278,7 +288,8 @@ fn wide(
         all.push(recording);
         Ok(true)
     })?;
-    Ok((all, collected.finish(), None))
+    table.refuse_lossy(&precision, channels)?;
+    Ok(LongTable { recordings: all, x: collected.finish(), timing: None, mended: Mended::default() })
 }
 
 /// Returns labels as positions among their names: those of the file beside, or those that occur.

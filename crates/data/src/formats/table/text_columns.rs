@@ -1,8 +1,10 @@
 //! Reads the cells of a table in CSV or Parquet, with the place of each for messages.
 
+use crate::dataset::precision::Precision;
 use crate::formats::csv_file;
 #[cfg(feature = "parquet")]
 use crate::formats::parquet_file::ParquetFile;
+use crate::formats::table::options::Clock;
 use crate::formats::text::{csv_reader, read_text, without_mark};
 use crate::options::Limits;
 use crate::{Error, Result};
@@ -12,6 +14,8 @@ use std::path::Path;
 pub(crate) struct TableText {
     pub file: String,
     pub header: Vec<String>,
+    /// Rows of a recording follow one another.
+    pub is_in_order: bool,
     rows: RowSource,
 }
 
@@ -25,9 +29,11 @@ enum RowSource {
     Parquet(Vec<ParquetFile>),
 }
 
-/// One row; `line` is its line in CSV, its number in Parquet.
+/// One row; `line` is its line in CSV, its number in its file of Parquet.
 pub(crate) struct TableRow<'t> {
     pub line: u64,
+    /// The file that holds it.
+    pub file: &'t str,
     record: &'t csv::StringRecord,
     table: &'t TableText,
 }
@@ -62,7 +68,7 @@ impl TableText {
             }
             files.push(opened);
         }
-        Ok(Self { file, header, rows: RowSource::Parquet(files) })
+        Ok(Self { file, header, is_in_order: false, rows: RowSource::Parquet(files) })
     }
 
     /// Opens a table that is text.
@@ -86,7 +92,43 @@ impl TableText {
                        one recording, put it in a folder of its class";
             return Err(Error::file(file, why));
         }
-        Ok(Self { file, header, rows: RowSource::Csv { text, separator } })
+        Ok(Self { file, header, is_in_order: false, rows: RowSource::Csv { text, separator } })
+    }
+
+    /// Checks whether a column holds numbers of more than 32 bits.
+    pub fn is_wide(&self, at: usize) -> bool {
+        match (&self.rows, at) {
+            (RowSource::Csv { .. }, _) => true,
+            #[cfg(feature = "parquet")]
+            (RowSource::Parquet(files), at) => files.iter().any(|file| file.is_wide(at)),
+        }
+    }
+
+    /// Returns the unit of a column whose type says that it holds time stamps.
+    pub fn clock(&self, at: usize) -> Option<Clock> {
+        match (&self.rows, at) {
+            (RowSource::Csv { .. }, _) => None,
+            #[cfg(feature = "parquet")]
+            (RowSource::Parquet(files), at) => files.iter().find_map(|file| file.clock(&self.header[at])),
+        }
+    }
+
+    /// Refuses channels whose signal f32 does not hold; `channels` are their columns.
+    pub fn refuse_lossy(&self, precision: &Precision, channels: &[usize]) -> Result<()> {
+        let Some(lossy) = precision.lossy() else { return Ok(()) };
+        let name = channels.get(lossy.channel).map_or("", |at| &self.header[*at]);
+        Err(self.refuse(format!("column {name:?} {lossy} with table.ignore")))
+    }
+
+    /// Checks whether rows are lines of text.
+    pub fn is_text(&self) -> bool {
+        matches!(self.rows, RowSource::Csv { .. })
+    }
+
+    /// Refuses rows of a recording that do not follow one another.
+    #[cfg(feature = "parquet")]
+    pub fn in_order(self) -> Self {
+        Self { is_in_order: true, ..self }
     }
 
     /// Returns the name of the format of the values.
@@ -120,7 +162,8 @@ impl TableText {
             #[cfg(feature = "parquet")]
             RowSource::Parquet(files) => {
                 for file in files {
-                    if !file.rows(|line, record| take(TableRow { line, record, table: self }))? {
+                    let name = file.name();
+                    if !file.rows(|line, record| take(TableRow { line, file: name, record, table: self }))? {
                         break;
                     }
                 }
@@ -141,7 +184,7 @@ impl TableText {
             if std::mem::take(&mut is_header) {
                 continue;
             }
-            if !take(TableRow { line, record: &record, table: self })? {
+            if !take(TableRow { line, file: &self.file, record: &record, table: self })? {
                 break;
             }
         }
@@ -159,7 +202,8 @@ impl TableText {
             }
             Ok(is_open)
         })?;
-        Ok(places.into_iter().partition(|at| is_numeric[*at]))
+        // A date is no value of a sensor.
+        Ok(places.into_iter().partition(|at| is_numeric[*at] && self.clock(*at).is_none()))
     }
 
     pub fn refuse(&self, why: String) -> Error {
@@ -181,6 +225,11 @@ impl TableRow<'_> {
     }
 
     pub fn number(&self, at: usize) -> Result<f32> {
+        self.text(at).parse().map_err(|_| self.no_number(at))
+    }
+
+    /// Reads a number of 64 bits.
+    pub fn long_number(&self, at: usize) -> Result<f64> {
         self.text(at).parse().map_err(|_| self.no_number(at))
     }
 
@@ -213,8 +262,19 @@ impl TableRow<'_> {
     }
 
     fn refuse(&self, at: usize, why: &'static str) -> Error {
-        let (line, column) = (self.line, &self.table.header[at]);
+        let column = &self.table.header[at];
         let text: String = self.text(at).chars().take(40).collect();
-        self.table.refuse(format!("line {line}, column {column}: {text:?} {why}"))
+        Error::file(self.file, format!("{}, column {column}: {text:?} {why}", self.place()))
+    }
+
+    /// Returns the name of its place in its file: a line of text, a row of Parquet.
+    pub fn place(&self) -> String {
+        let kind = if self.table.is_text() { "line" } else { "row" };
+        format!("{kind} {}", self.line)
+    }
+
+    /// Refuses the row.
+    pub fn refused(&self, why: &str) -> Error {
+        Error::file(self.file, format!("{}: {why}", self.place()))
     }
 }

@@ -299,7 +299,12 @@ impl Answering {
         out: &mut impl Write,
     ) -> std::io::Result<()> {
         let first = *self.first.get_or_insert(arrival.at);
-        if self.is_torn(decider, arrival) {
+        let event = self.event(arrival);
+        if event == Event::Repeated {
+            self.summary.event(event, false);
+            return Ok(());
+        }
+        if self.is_torn(decider, event) {
             decider.anew();
         }
         if !self.no_contact_said && decider.waits_in_vain() {
@@ -315,13 +320,17 @@ impl Answering {
         self.writer.write(&decision, time, latency, out)
     }
 
-    /// Checks whether time steps are missing before this one.
-    fn is_torn(&mut self, decider: &Decider, arrival: &Arrival) -> bool {
-        let event = match arrival.stamp {
+    /// Returns what the time stamp of a time step says.
+    fn event(&mut self, arrival: &Arrival) -> Event {
+        match arrival.stamp {
             Some(stamp) => self.stamps.push(stamp),
             None if arrival.lost > 0 => Event::Gap(arrival.lost),
             None => Event::Steady,
-        };
+        }
+    }
+
+    /// Checks whether so many time steps are missing before one that the window begins anew.
+    fn is_torn(&mut self, decider: &Decider, event: Event) -> bool {
         let anew = self.stamps.begins_anew(event);
         self.summary.event(event, anew);
         if let (Some(found), Some(rate), false) =

@@ -186,6 +186,7 @@ pub struct StreamSummary {
     missing: u64,
     jumps: u64,
     repeated: u64,
+    wraps: u64,
     anew: u64,
     latencies: LatencyHistogram,
 }
@@ -203,7 +204,22 @@ impl StreamSummary {
         let then = if anew { "; the window begins anew" } else { "" };
         match event {
             Event::Steady => {}
-            Event::Repeated => self.repeated += 1,
+            Event::Repeated => {
+                self.repeated += 1;
+                if self.repeated == 1 {
+                    warn(
+                        "a reading has the time stamp of the one before and is dropped. It is said once, the summary counts them",
+                    );
+                }
+            }
+            Event::Wrapped => {
+                self.wraps += 1;
+                if self.wraps == 1 {
+                    warn(
+                        "the time stamps are a counter that wraps; the window goes on. It is said once, the summary counts them",
+                    );
+                }
+            }
             Event::Gap(missing) => {
                 self.gaps += 1;
                 self.missing += missing;
@@ -216,8 +232,10 @@ impl StreamSummary {
             Event::Jump(seconds) => {
                 self.jumps += 1;
                 if self.jumps == 1 {
+                    let seconds =
+                        if seconds.abs() < 1e15 { format!("{seconds:.3}") } else { format!("{seconds:.3e}") };
                     warn(format!(
-                        "the clock jumps by {seconds:.3} s{then}. It is said once, the summary counts them"
+                        "the clock jumps by {seconds} s{then}. It is said once, the summary counts them"
                     ));
                 }
             }
@@ -244,7 +262,8 @@ impl StreamSummary {
                 "too_long": counted.too_long,
             },
             "dropped": counted.dropped, "gaps": self.gaps, "missing_readings": self.missing,
-            "clock_jumps": self.jumps, "repeated_stamps": self.repeated, "windows_begun_anew": self.anew,
+            "clock_jumps": self.jumps, "repeated_stamps": self.repeated, "clock_wraps": self.wraps,
+            "windows_begun_anew": self.anew,
             "latency_ms": latency,
         }});
         let _ = writeln!(std::io::stderr(), "{}", serde_json::to_string(&summary)?);
