@@ -33,6 +33,7 @@
 
 mod augment;
 mod check;
+mod compare;
 mod dataset;
 mod ending;
 mod error;
@@ -44,6 +45,7 @@ mod options;
 mod reader;
 mod recordings;
 mod split;
+mod unit;
 mod write;
 
 pub use augment::{Augment, Key, Warp};
@@ -52,6 +54,7 @@ pub use check::drift::Drift;
 pub use check::duplicates::duplicate_sets;
 pub use check::shortcut::{Carrier, Shortcut};
 pub use check::values::ChannelRange;
+pub use compare::{FactComparison, FactDifference};
 pub use dataset::dataset::Dataset;
 pub use dataset::digest::{RowHash, digest_of, hash_words};
 pub use dataset::facts::Facts;
@@ -75,5 +78,6 @@ pub use split::{
 };
 pub use taxel_base::Layout;
 pub use taxel_base::files::{PART, write_whole};
+pub use unit::UnitFactor;
 pub use write::archive::{Npz, npy_bytes};
 pub use write::convert::{Converted, convert};

@@ -33,7 +33,7 @@ pub struct RecordingFacts {
     pub rate: Option<f64>,
     /// The highest value that the sensor gives.
     pub full_scale: Option<f32>,
-    /// Axes of a sample, where the files or their format say them.
+    /// Axes of a sample, where the files say them.
     pub layout: Option<Layout>,
     /// Names of all channels in the order of the files; empty where they name none.
     pub channel_names: Vec<String>,
@@ -48,7 +48,7 @@ impl RecordingFacts {
             unit: facts.unit.clone(),
             rate: facts.rate,
             full_scale: facts.full_scale,
-            layout: facts.layout.or(raw.format),
+            layout: facts.layout,
             channel_names: raw.channel_names.clone(),
         }
     }
@@ -130,18 +130,23 @@ pub struct Recording {
     pub values: Vec<f32>,
 }
 
-/// Reads recordings as [`recordings`] does, and leaves each as long as it is: [`ReadOptions::length`] is ignored.
+/// Reads recordings as [`recordings`] does, and leaves each as long as it is: [`ReadOptions::length`] is ignored. Also returns
+/// what their files say.
 ///
 /// # Errors
 ///
 /// As [`recordings`].
-pub fn whole_recordings(path: &Path, options: &ReadOptions, rank: usize) -> Result<Vec<Recording>> {
+pub fn whole_recordings(
+    path: &Path,
+    options: &ReadOptions,
+    rank: usize,
+) -> Result<(Vec<Recording>, RecordingFacts)> {
     let Read { raw, x, .. } = read(path, options, rank)?;
     let one = |(at, values): (usize, &[f32])| {
         let origin = raw.origins[at].clone();
         Recording { origin, shape: x.shape_of(at), values: values.to_vec() }
     };
-    Ok(x.each().enumerate().map(one).collect())
+    Ok((x.each().enumerate().map(one).collect(), RecordingFacts::of(&raw)))
 }
 
 /// Checks whether the recordings at `path`, a file or a folder of files, classes or sessions, are images.

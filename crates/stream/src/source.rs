@@ -5,7 +5,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use taxel_base::FileError;
-use taxel_data::{ReadOptions, SampleSpec, whole_recordings};
+use taxel_data::{ReadOptions, Recording, RecordingFacts, SampleSpec, whole_recordings};
 
 use crate::columns::LineColumns;
 use crate::error::{Error, Result};
@@ -47,6 +47,8 @@ pub struct SourceSettings {
     pub rate: Option<f64>,
     /// How recordings are read.
     pub options: ReadOptions,
+    /// Whether recordings of another unit, rate, full scale, layout or bit depth than the training's are read all the same.
+    pub as_is: bool,
 }
 
 type ReadLoop = Box<dyn FnOnce(&mut Feed) -> Result<()> + Send>;
@@ -80,7 +82,11 @@ pub fn start(
             (pace == Pace::Rate, lines(file, label, settings, Some((pace, rate)), false, say))
         }
         StreamSource::Path(path) => {
-            let recordings = whole_recordings(&path, &settings.options, settings.spec.layout.rank())?;
+            let rank = settings.spec.layout.rank();
+            let (mut recordings, facts) = whole_recordings(&path, &settings.options, rank)?;
+            if !settings.as_is {
+                convert(&path, &settings.spec, &facts, &mut recordings, &say)?;
+            }
             let drops = settings.pace == Pace::Rate;
             let read_loop = move |feed: &mut Feed| {
                 let rate = settings.rate.or(settings.spec.rate);
@@ -101,6 +107,31 @@ pub fn start(
         why: format!("cannot be started: {e}"),
     })?;
     Ok(stream)
+}
+
+/// Brings recordings to the unit of the training.
+///
+/// # Errors
+/// Facts in which they differ from the training's recordings.
+fn convert(
+    path: &Path,
+    spec: &SampleSpec,
+    facts: &RecordingFacts,
+    recordings: &mut [Recording],
+    say: impl Fn(&str),
+) -> Result<()> {
+    let comparison = spec.compare(facts);
+    if !comparison.differences.is_empty() {
+        let differences: Vec<String> = comparison.differences.iter().map(ToString::to_string).collect();
+        let how = "record as in training, correct what the files say, or predict all the same with --as-is";
+        return Err(FileError::new(path, format!("{}; {how}", differences.join("; "))).into());
+    }
+    if let Some(unit) = comparison.unit {
+        say(&format!("{}: values are converted {unit}", path.display()));
+        let values = recordings.iter_mut().flat_map(|recording| &mut recording.values);
+        values.for_each(|value| *value = unit.convert(*value));
+    }
+    Ok(())
 }
 
 /// Reads lines; `replayed` says how fast and at which rate those of a file, `begins_inside` whether the first may be the end

@@ -21,7 +21,7 @@ struct Came {
 fn replayed(path: &Path, spec: &SampleSpec, rate: Option<f64>, pace: Pace) -> Came {
     let columns = LineColumns::new(spec, None, None);
     let options = ReadOptions { layout: Some(spec.layout), ..ReadOptions::default() };
-    let settings = SourceSettings { spec: spec.clone(), columns, pace, rate, options };
+    let settings = SourceSettings { spec: spec.clone(), columns, pace, rate, options, as_is: false };
     let said = Arc::new(Mutex::new(vec![]));
     let heard = Arc::clone(&said);
     let stream = start(StreamSource::Path(path.into()), settings, move |what| {

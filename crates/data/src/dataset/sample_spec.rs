@@ -46,6 +46,9 @@ pub struct SampleSpec {
     /// Values without contact, one for all or one per channel, in `unit`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rest: Option<Vec<f32>>,
+    /// Facts that the options of reading said against the files: `rate`, `layout`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub overruled: Vec<String>,
 }
 
 impl SampleSpec {
@@ -65,6 +68,7 @@ impl SampleSpec {
             full_scale: None,
             depth: None,
             rest: None,
+            overruled: vec![],
         }
     }
 

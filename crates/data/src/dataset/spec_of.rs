@@ -67,8 +67,17 @@ pub(crate) fn spec_of(
         stamped: raw.facts.stamped,
         full_scale: raw.facts.full_scale,
         depth: raw.facts.depth,
+        overruled: overruled(raw, options, layout),
         ..SampleSpec::new(layout, shape)
     })
+}
+
+/// Lists the facts that the options said against the files.
+fn overruled(raw: &Raw, options: &ReadOptions, layout: Layout) -> Vec<String> {
+    let rate = options.rate.zip(raw.facts.rate).is_some_and(|(said, known)| said != known);
+    let axes = raw.facts.layout.is_some_and(|known| known != layout);
+    let named = [(rate, "rate"), (axes, "layout")];
+    named.into_iter().filter(|(is_said, _)| *is_said).map(|(_, name)| name.into()).collect()
 }
 
 /// Guesses the axes of a sample: features, channels over time, an array of taxels over time; bytes on two axes are an

@@ -54,7 +54,7 @@ impl Quantize {
         check_model_output(output)?;
         let model = Model::open(&self.from)?;
         let (recordings, options) =
-            ModelRecordings { data, read_options: &self.read_options }.of(model.card())?;
+            ModelRecordings { data, read_options: &self.read_options, as_is: None }.of(model.card())?;
         // Unlabelled recordings are no data set, but have samples.
         let digest = match taxel::load(data, &options) {
             Ok(dataset) => dataset.digest,

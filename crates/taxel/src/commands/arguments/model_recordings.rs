@@ -3,15 +3,21 @@
 use std::error::Error;
 use std::path::Path;
 
-use taxel::data::{Recordings, TableForm, TableOptions, recordings};
+use taxel::data::{FactComparison, RecordingFacts, Recordings, TableForm, TableOptions, recordings};
 use taxel::{Card, Length, ReadOptions};
 
 use crate::commands::arguments::option_hints::with_option_hint;
+use crate::terminal::messages::note;
+
+/// How to go on where facts differ.
+pub const AS_IS: &str = ", or predict all the same with --as-is";
 
 /// Recordings on disk, and how the command line says to read them.
 pub struct ModelRecordings<'a> {
     pub data: &'a Path,
     pub read_options: &'a ReadOptions,
+    /// Whether unit, rate, full scale, layout and bit depth are not compared; none where the command has no such flag.
+    pub as_is: Option<bool>,
 }
 
 impl ModelRecordings<'_> {
@@ -31,7 +37,12 @@ impl ModelRecordings<'_> {
         };
         let to = spec.layout.time_axis().map(|axis| spec.shape[axis]);
         let read = recordings(self.data, &options, spec.layout.rank());
-        let recordings = read.map_err(|e| with_option_hint(e, to))?;
+        let mut recordings = read.map_err(|e| with_option_hint(e, to))?;
+        if self.as_is != Some(true) {
+            let hint = if self.as_is.is_some() { AS_IS } else { "" };
+            let comparison = compared(self.data, spec, &recordings.facts, hint)?;
+            comparison.convert(&mut recordings.x);
+        }
         Ok((recordings, ReadOptions { channels: spec.channels.clone(), ..options }))
     }
 
@@ -77,6 +88,31 @@ impl ModelRecordings<'_> {
         let [trained, given] = [&spec.topics, given].map(|topics| topics.join(", "));
         Err(format!("--topic {given}: the model was trained on {trained}; leave it out"))
     }
+}
+
+/// Compares recordings with what a model was trained on; says what is converted.
+///
+/// # Errors
+/// Facts that differ, all of them.
+pub fn compared(
+    data: &Path,
+    spec: &taxel::SampleSpec,
+    facts: &RecordingFacts,
+    hint: &str,
+) -> Result<FactComparison, String> {
+    let comparison = spec.compare(facts);
+    let differences: Vec<String> = comparison.differences.iter().map(ToString::to_string).collect();
+    if !differences.is_empty() {
+        return Err(format!(
+            "{}: {}; record as in training, or correct what the files say{hint}",
+            data.display(),
+            differences.join("; ")
+        ));
+    }
+    if let Some(unit) = &comparison.unit {
+        note(format!("{}: values are converted {unit}", data.display()));
+    }
+    Ok(comparison)
 }
 
 /// Returns the names of the attributes where the model predicts several.

@@ -55,6 +55,9 @@ pub struct Predict {
     /// Leaves the model's guard out, if it has one: broken channels and taxels keep their values.
     #[arg(long)]
     no_guard: bool,
+    /// Predicts recordings that are not as in training: unit, rate, full scale, layout and bit depth are not compared.
+    #[arg(long)]
+    as_is: bool,
     #[command(flatten)]
     threads: Threads,
 }
@@ -87,8 +90,7 @@ impl Predict {
         }
         let model = Model::open(&self.model)?;
         let card = model.card();
-        let (Recordings { x, origins, starts, truth, .. }, options) =
-            ModelRecordings { data: &self.data, read_options: &self.read_options }.of(card)?;
+        let (Recordings { x, origins, starts, truth, .. }, options) = self.recordings().of(card)?;
         let mut predictor = model.predictor(card.batch(), self.threads.count()?)?;
         if self.no_guard {
             predictor = predictor.guarded(None)?;
@@ -119,6 +121,10 @@ impl Predict {
             note(format!("{line}{caution}"));
         }
         Ok(ExitCode::SUCCESS)
+    }
+
+    fn recordings(&self) -> ModelRecordings<'_> {
+        ModelRecordings { data: &self.data, read_options: &self.read_options, as_is: Some(self.as_is) }
     }
 
     /// Checks whether the model was trained on these recordings.

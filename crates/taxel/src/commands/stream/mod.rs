@@ -112,6 +112,9 @@ pub struct Stream {
     /// The largest possible value [default: the model's]; a value there is saturated.
     #[arg(long, value_name = "VALUE")]
     full_scale: Option<f32>,
+    /// Predicts recordings that are not as in training: unit, rate, full scale, layout and bit depth are not compared.
+    #[arg(long, requires = "input")]
+    as_is: bool,
 }
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
@@ -161,6 +164,7 @@ impl Stream {
             summary: StreamSummary::default(),
             rate_compared: false,
             no_contact_said: false,
+            far: vec![],
             first: None,
         };
         let how = answering.run(&mut decider, &readings, &cancel);
@@ -227,6 +231,7 @@ impl Stream {
             columns: LineColumns::new(&spec, self.time.clone(), self.clock),
             pace: if self.pace == Speed::Rate { Pace::Rate } else { Pace::Fast },
             rate: self.rate,
+            as_is: self.as_is,
             options,
             spec,
         }
@@ -242,6 +247,8 @@ struct Answering {
     rate_compared: bool,
     /// Whether it was said that no contact can be seen.
     no_contact_said: bool,
+    /// Channels of which a value far outside the training's was said.
+    far: Vec<usize>,
     /// Time at which the first time step came.
     first: Option<Instant>,
 }
@@ -313,11 +320,25 @@ impl Answering {
                 "--contact: no value has a level at rest above 0, so that no contact can be seen; say --full-scale",
             );
         }
+        self.say_far_values(decider, &arrival.values);
         let Some(decision) = decider.push(&arrival.values) else { return Ok(()) };
         let latency = arrival.at.elapsed();
         let time = arrival.stamp.unwrap_or_else(|| (arrival.at - first).as_secs_f64());
         self.summary.decided(&decision, latency);
         self.writer.write(&decision, time, latency, out)
+    }
+
+    /// Says each channel once that has a value far outside those of the training.
+    fn say_far_values(&mut self, decider: &Decider, values: &[f32]) {
+        let card = decider.card();
+        for outside in card.trained_on.ranges.outside(values) {
+            if self.far.contains(&outside.channel) {
+                continue;
+            }
+            self.far.push(outside.channel);
+            let words = outside.words(&card.spec.channel_names);
+            warn(format!("{words}: far outside those of the training; compare unit, full scale and sensor"));
+        }
     }
 
     /// Returns what the time stamp of a time step says.
