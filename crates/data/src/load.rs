@@ -2,6 +2,7 @@
 
 use crate::check::card::Card;
 use crate::dataset::assemble::assemble;
+use crate::dataset::channel_facts::name_channels;
 use crate::dataset::dataset::Dataset;
 use crate::dataset::digest::hash_row;
 use crate::dataset::one_hot::LabelForm;
@@ -106,6 +107,7 @@ pub(crate) fn open(path: &Path, purpose: Purpose, options: &ReadOptions) -> Resu
     let has_no_bags = !options.topics.is_empty() && raw.topics.is_empty();
     let why = "names topics of bags, of which there are none; leave it out";
     refuse_set(&raw.file, &[("topics", has_no_bags)], why)?;
+    name_channels(&mut raw, options)?;
     if purpose == Purpose::Learn && raw.row_hash.is_empty() {
         raw.row_hash = raw.x.each().map(hash_row).collect();
     }

@@ -224,6 +224,8 @@ pub(crate) struct Recorded {
     pub rate: Option<f64>,
     /// How files were taken, for the card.
     pub read_as: Vec<String>,
+    /// Columns that are no channels, and why.
+    pub ignored: Vec<String>,
     /// Topics that were read.
     pub topics: Vec<String>,
     /// Bits of a pixel, of images.
@@ -245,6 +247,7 @@ impl Recorded {
             origins,
             rate: None,
             read_as: vec![],
+            ignored: vec![],
             topics: vec![],
             depth: None,
             frames: vec![],

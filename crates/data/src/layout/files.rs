@@ -84,7 +84,7 @@ pub(crate) fn read(place: &Place, found: FoundFiles, options: &ReadOptions) -> R
         facts,
         groups,
         row_hash: recorded.row_hash,
-        ignored: found.ignored,
+        ignored: [found.ignored, recorded.ignored].concat(),
         read_as: [found.read_as, recorded.read_as].concat(),
         topics: recorded.topics,
         channel_names: recorded.channel_names,
