@@ -256,7 +256,7 @@ fn time_stamps_of_parquet_have_the_unit_of_their_type() {
     let root = tempdir().unwrap();
     let path = root.path().join("presses.parquet");
     for (unit, per_second) in [("MILLIS", 1000), ("MICROS", 1_000_000), ("NANOS", 1_000_000_000)] {
-        let stamps = || (0..40).map(|row| (1_795_363_200 * 100 + row % 10) * per_second / 100).collect();
+        let stamps = || (0..40).map(|row| (1_795_363_200 * 100 + row % 10) * (per_second / 100)).collect();
         let columns = [
             ("recording", Column::Int((0..40).map(|row| row / 10).collect())),
             ("time", Column::Stamp(stamps(), unit)),
