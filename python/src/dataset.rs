@@ -28,6 +28,7 @@ struct ArrayFacts {
     labels: Vec<String>,
     groups: Option<Vec<String>>,
     official: Option<Vec<bool>>,
+    channels: Option<Vec<String>>,
     unit: Option<String>,
     rate: Option<f64>,
     full_scale: Option<f32>,
@@ -50,6 +51,9 @@ impl Dataset {
             }
             if let Some(official) = facts.official {
                 dataset = dataset.with_official(official).map_err(raised)?;
+            }
+            if let Some(channels) = &facts.channels {
+                dataset = dataset.with_channel_names(channels).map_err(raised)?;
             }
             if let Some(unit) = &facts.unit {
                 dataset = dataset.with_unit(unit);

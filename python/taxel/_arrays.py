@@ -9,13 +9,67 @@ from typing import Any
 import numpy as np
 
 LAYOUTS = {2: "features", 3: "series", 4: "sequence"}
+#: Fewest channels that look like time steps where each has four times fewer values.
+LONG = 16
+
+
+def names_of(x: Any) -> list[str] | None:
+    """The names of the columns of a data frame; none of an array, and of a frame whose names are no texts."""
+    columns = getattr(x, "columns", None)
+    if columns is None or not (hasattr(x, "iloc") or hasattr(x, "select")):
+        return None
+    names = list(columns)
+    texts = [isinstance(name, str) for name in names]
+    if any(texts) and not all(texts):
+        raise TypeError("Feature names are only supported if all input features have string names; make them all texts")
+    if len(set(names)) < len(names):
+        twice = next(name for name in names if names.count(name) > 1)
+        raise ValueError(f"two columns are named {twice!r}; rename one")
+    return [str(name) for name in names] if names and all(texts) else None
+
+
+def matched(x: Any, wanted: list[str], *, strict: bool) -> Any:
+    """A data frame with its columns in the order of the `wanted` names, and `x` itself where it has no names.
+
+    Missing names are refused, and where `strict` others too, in scikit-learn's words.
+    """
+    held = names_of(x)
+    if held is None or not wanted or held == wanted:
+        return x
+    unseen = [name for name in held if name not in wanted] if strict else []
+    missing = [name for name in wanted if name not in held]
+    if unseen or missing:
+        words = "The feature names should match those that were passed during fit.\n"
+        for what, names in (("Feature names unseen at fit time", unseen), ("Feature names seen at fit time, yet now missing", missing)):
+            if names:
+                words += f"{what}:\n" + "".join(f"- {name}\n" for name in names[:5]) + ("- ...\n" if len(names) > 5 else "")
+        raise ValueError(words)
+    return x[wanted]
+
+
+def refuse_masked(x: Any) -> None:
+    """Refuses arrays whose mask would be dropped."""
+    parts = x if isinstance(x, (list, tuple)) else [x]
+    if any(np.ma.isMaskedArray(part) and np.ma.getmaskarray(part).any() for part in parts):
+        raise ValueError("readings are a masked array, whose mask would be dropped; fill it, x.filled(0), or leave samples out")
+
+
+def refuse_times(x: np.ndarray) -> None:
+    """Refuses time stamps, which would be taken as numbers."""
+    if x.dtype.kind in "mM":
+        raise TypeError(f"readings are numbers, not times ({x.dtype}): leave the column of time stamps out and say rate")
 
 
 def readings(x: Any) -> np.ndarray:
     """`x` as float32; an array that is float32 already is not copied."""
+    refuse_masked(x)
     if hasattr(x, "toarray") and hasattr(x, "nnz"):
         raise TypeError("sparse readings are not supported; pass a dense array: x.toarray()")
+    kinds = [getattr(kind, "kind", "") for kind in getattr(x, "dtypes", [])] if hasattr(x, "iloc") else []
+    if "M" in kinds or "m" in kinds:
+        raise TypeError("readings are numbers, not times: leave the column of time stamps out and say rate")
     x = np.asarray(x)
+    refuse_times(x)
     if np.iscomplexobj(x):
         raise ValueError("Complex data not supported: readings are real numbers")
     try:
@@ -39,6 +93,13 @@ def layout_of(x: np.ndarray, layout: str | None) -> str:
             f"samples [n, ..] have 2 axes (features), 3 (series, or layout='image') or 4 (sequence, or "
             f"layout='colour' or 'fingers'), not {x.ndim}: the shape is {x.shape}. Reshape your data: one sample is "
             "x.reshape(1, ..), one channel x[:, None, :]"
+        )
+    if x.ndim == 3 and x.shape[1] >= LONG and x.shape[1] >= 4 * x.shape[2]:
+        warnings.warn(
+            f"samples are [n, channels, time]: these have {x.shape[1]} channels of {x.shape[2]} time steps. If they are "
+            "[n, time, channels], as Keras has them, pass x.transpose(0, 2, 1); if not, say layout='series'",
+            UserWarning,
+            3,
         )
     return LAYOUTS[x.ndim]
 

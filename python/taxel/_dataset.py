@@ -9,7 +9,7 @@ from typing import Any, Mapping, Sequence
 import numpy as np
 
 from . import _taxel
-from ._arrays import labels, layout_of, readings, refuse_empty
+from ._arrays import labels, layout_of, names_of, readings, refuse_empty
 from ._settings import seed_of, text
 
 
@@ -29,6 +29,8 @@ class Dataset:
         Object, session or day of each sample: what a fair split keeps together.
     official : array of bool [samples], optional
         The samples that the data set's authors test on, for `protocol={"kind": "official"}`.
+    channels : sequence of str, optional
+        Names of the channels, or of the features. By default those of the columns of a data frame.
     name : str
         Goes on the card of what is trained on it.
     unit, rate, full_scale, rest : optional
@@ -46,6 +48,7 @@ class Dataset:
         layout: str | None = None,
         groups: Any = None,
         official: Any = None,
+        channels: Sequence[str] | None = None,
         name: str = "recordings",
         unit: str | None = None,
         rate: float | None = None,
@@ -54,6 +57,7 @@ class Dataset:
         source: str | None = None,
     ) -> None:
         # Before the labels: an array of the wrong axes is the more likely mistake.
+        channels = names_of(x) if channels is None else [str(own) for own in channels]
         x = readings(x)
         layout = layout_of(x, layout)
         refuse_empty(x)
@@ -64,6 +68,7 @@ class Dataset:
             "labels": names,
             "groups": None if groups is None else [str(own) for own in np.asarray(groups).tolist()],
             "official": None if official is None else [bool(own) for own in np.asarray(official).tolist()],
+            "channels": channels,
             "unit": unit,
             "rate": rate,
             "full_scale": full_scale,
@@ -139,6 +144,11 @@ class Dataset:
     def reading(self) -> dict[str, Any]:
         """What one sample is: layout, shape, and where it is known unit, rate (Hz), full_scale, rest."""
         return self._facts["reading"]
+
+    @property
+    def channels(self) -> list[str]:
+        """Names of the channels, in their order; empty where nobody names them."""
+        return list(self.reading.get("channel_names", []))
 
     @property
     def layout(self) -> str:

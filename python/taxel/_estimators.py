@@ -9,7 +9,7 @@ from typing import Any, Mapping
 import numpy as np
 
 from . import _taxel
-from ._arrays import order, readings
+from ._arrays import matched, order, readings
 from ._base import BaseEstimator, ClassifierMixin, NotFittedError
 from ._config import Networks
 from ._dataset import Dataset, of
@@ -46,6 +46,10 @@ class _Fitted(ClassifierMixin, BaseEstimator):
             )
         self.classes_ = data.classes
         self.n_features_in_ = data.shape[0]
+        if len(data.channels) == self.n_features_in_:
+            self.feature_names_in_ = np.array(data.channels, dtype=object)
+        elif hasattr(self, "feature_names_in_"):
+            del self.feature_names_in_
         self._order = order(self.classes_, self.model_.classes)
         return self
 
@@ -61,9 +65,21 @@ class _Fitted(ClassifierMixin, BaseEstimator):
         """Probabilities [samples, classes], float32, in the order of `classes_`."""
         if not hasattr(self, "model_"):
             raise NotFittedError(f"This {type(self).__name__} instance is not fitted yet; call fit before it answers")
-        X = X.x if isinstance(X, Dataset) else readings(X)
+        X = self._by_name(X)
         self._refuse_other_features(X)
         return self.model_.predict_proba(X, threads=self._threads())[:, self._order]
+
+    def _by_name(self, X: Any) -> np.ndarray:
+        """Readings with the columns of a data frame, or the channels of a data set, in the order of `feature_names_in_`."""
+        wanted = list(getattr(self, "feature_names_in_", []))
+        if not isinstance(X, Dataset):
+            return readings(matched(X, wanted, strict=True))
+        if not wanted or not X.channels or X.channels == wanted:
+            return X.x
+        missing = [name for name in wanted if name not in X.channels]
+        if missing:
+            raise ValueError(f"the data set has no channel {missing[0]!r}; it has {', '.join(X.channels)}")
+        return X.x[:, [X.channels.index(name) for name in wanted]]
 
     def _threads(self) -> int | None:
         """All cores for -1, as scikit-learn has it."""
@@ -78,6 +94,11 @@ class _Fitted(ClassifierMixin, BaseEstimator):
             )
         if X.ndim == len(shape) + 1 and X.shape[1] != self.n_features_in_:
             name = type(self).__name__
+            if X.ndim == 3 and X.shape[1:] == shape[::-1]:
+                raise ValueError(
+                    f"X has shape {X.shape}, but {name} is expecting [n, {shape[0]}, {shape[1]}]: channels, then time; "
+                    "pass X.transpose(0, 2, 1)"
+                )
             raise ValueError(f"X has {X.shape[1]} features, but {name} is expecting {self.n_features_in_} features as input")
 
     def save(self, path: str | os.PathLike[str]) -> None:
@@ -129,6 +150,8 @@ class Classifier(_Fitted):
     classes_ : array of the labels that were met, sorted
     model_ : taxel.Model
     n_features_in_ : length of the first axis of a sample
+    feature_names_in_ : names of the channels or features, where the samples had some. A data frame is matched by them when
+        it is predicted, in whatever order its columns are.
     """
 
     def __init__(
@@ -176,7 +199,7 @@ class MiniRocket(_Fitted):
 
     Attributes
     ----------
-    classes_, model_, n_features_in_
+    classes_, model_, n_features_in_, feature_names_in_
         As of :class:`Classifier`.
     """
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from . import _taxel
-from ._arrays import readings
+from ._arrays import matched, readings
 
 
 def load(path: str | os.PathLike[str]) -> Model:
@@ -70,9 +70,11 @@ class Model:
         """Numbers of the likeliest classes [samples] ([samples, attributes] of several) and probabilities
         [samples, outputs], of raw samples `x` [samples, ..] of the shape that the card states.
 
-        A float32 array is read where it lies; answers depend neither on threads nor on their neighbours.
+        A float32 array is read where it lies; answers depend neither on threads nor on their neighbours. The columns of a
+        data frame are found by the names that the model knows; others are left out.
         """
-        numbers, probabilities = self._native.predict(readings(x), threads)
+        x = readings(matched(x, self.card["reading"].get("channel_names", []), strict=False))
+        numbers, probabilities = self._native.predict(x, threads)
         several = len(self.attributes)
         return (numbers.reshape(-1, several) if several > 1 else numbers), probabilities
 

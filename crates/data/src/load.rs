@@ -2,6 +2,7 @@
 
 use crate::check::card::Card;
 use crate::dataset::assemble::assemble;
+use crate::dataset::channel_facts::name_channels;
 use crate::dataset::dataset::Dataset;
 use crate::dataset::one_hot::LabelForm;
 use crate::dataset::raw::Raw;
@@ -100,10 +101,11 @@ pub fn survey(path: &Path, options: &ReadOptions) -> Result<Survey> {
 pub(crate) fn open(path: &Path, purpose: Purpose, options: &ReadOptions) -> Result<Raw> {
     let place = Place { path, purpose, readers: READERS };
     let reader = READERS.iter().find(|reader| reader.recognises(&place, options));
-    let raw = reader.ok_or_else(|| refuse(&place))?.read(&place, options)?;
+    let mut raw = reader.ok_or_else(|| refuse(&place))?.read(&place, options)?;
     let has_no_bags = !options.topics.is_empty() && raw.topics.is_empty();
     let why = "names topics of bags, of which there are none; leave it out";
     refuse_set(&raw.file, &[("topics", has_no_bags)], why)?;
+    name_channels(&mut raw, options)?;
     Ok(raw)
 }
 

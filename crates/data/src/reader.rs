@@ -1,6 +1,5 @@
 //! The traits of readers, which take a path and return recordings, and of formats whose files hold one recording each.
 
-use crate::dataset::channel_names::places;
 use crate::dataset::raw::Raw;
 use crate::ending::has_ending;
 use crate::formats::bag::path::how_to_convert;
@@ -189,26 +188,8 @@ pub(crate) struct Sample {
     pub shape: Vec<usize>,
     pub values: Vec<f32>,
     pub dtype: String,
-    /// Names of the channels, in their order; empty where the file names none.
-    pub channel_names: Vec<String>,
     /// It was turned as its EXIF says.
     pub is_turned: bool,
-}
-
-impl Sample {
-    /// Brings the channels into the order of the `wanted` names. A sample without names keeps its order, and so does one of
-    /// more or fewer channels, which its shape tells.
-    pub fn arrange(&mut self, wanted: &[String]) -> Result<(), String> {
-        if self.channel_names.len() != wanted.len() {
-            return Ok(());
-        }
-        let Some(places) = places(wanted, &self.channel_names)? else { return Ok(()) };
-        let each = self.values.len() / self.channel_names.len();
-        self.values =
-            places.iter().flat_map(|at| &self.values[at * each..(at + 1) * each]).copied().collect();
-        self.channel_names = wanted.to_vec();
-        Ok(())
-    }
 }
 
 /// Recordings of files in one format.
@@ -222,6 +203,8 @@ pub(crate) struct Recorded {
     pub rate: Option<f64>,
     /// How files were taken, for the card.
     pub read_as: Vec<String>,
+    /// Columns that are no channels, and why.
+    pub ignored: Vec<String>,
     /// Topics that were read.
     pub topics: Vec<String>,
     /// Bits of a pixel, of images.
@@ -242,6 +225,7 @@ impl Recorded {
             origins,
             rate: None,
             read_as: vec![],
+            ignored: vec![],
             topics: vec![],
             depth: None,
             frames: vec![],

@@ -268,8 +268,8 @@ fn time_stamps_of_parquet_have_the_unit_of_their_type() {
         let data = load(&path, &ReadOptions::default()).unwrap();
         assert_eq!((data.x.shape(), data.spec.rate), (&[4, 1, 10][..], Some(100.0)), "{unit}");
         assert_eq!(
-            check(&path).unwrap().other_arrays,
-            ["received"],
+            check(&path).unwrap().ignored,
+            ["column \"received\" (time)"],
             "a date is no channel, and that is said"
         );
     }

@@ -257,3 +257,15 @@ fn a_data_set_of_several_attributes_is_read_back_with_all_of_them() {
         (&data.targets.labels().unwrap(), &data.strata().to_vec(), &data.digest)
     );
 }
+
+#[test]
+fn names_of_channels_fit_the_samples() {
+    let data = || Dataset::new("glove", Layout::Series, ArrayD::zeros(vec![2, 2, 3]), &["a", "b"]).unwrap();
+    let named = data().with_channel_names(&["thumb", "index"]).unwrap();
+    assert_eq!(named.spec.channel_names, ["thumb", "index"]);
+    assert_eq!(named.digest, data().digest);
+    let message = data().with_channel_names(&["thumb"]).unwrap_err().to_string();
+    assert_eq!(message, "glove: channels is 1 name, and samples have 2 channels");
+    let message = data().with_channel_names(&["thumb", "thumb"]).unwrap_err().to_string();
+    assert_eq!(message, "glove: channels is \"thumb\" twice, and a name is of one channel");
+}

@@ -59,11 +59,12 @@ fn a_run_goes_on_with_its_own_facts_only() {
     let dataset = presses(45, 20);
     let (_keep, folder) = run(small(&dataset));
     type Change<'c> = (&'c str, &'c dyn Fn(&mut Dataset));
-    let changes: [Change; 6] = [
+    let changes: [Change; 7] = [
         ("full_scale was ", &|data| data.spec.full_scale = Some(4096.0)),
         ("unit was not known, is now \"V\"", &|data| data.spec.unit = Some("V".into())),
         ("rate was ", &|data| data.spec.rate = Some(17.0)),
         ("rest was ", &|data| data.spec.rest = Some(vec![3.0])),
+        ("depth was not known, is now 16", &|data| data.spec.depth = Some(16)),
         ("channel_names was ", &|data| data.spec.channel_names = vec!["thumb".into(), "index".into()]),
         ("task was ", &|data| {
             let names = ["hard", "soft", "harder"].map(String::from);

@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use taxel_data::{Clock, Layout, SampleSpec};
+use taxel_data::{Clock, ColumnName, Layout, SampleSpec};
 
 use crate::error::Error;
 use crate::fault::Fault;
@@ -37,7 +37,8 @@ impl FromStr for Time {
 ///
 /// A line is numbers separated by commas (or, where there are none, by semicolons, tabs or spaces), a JSON array, or a
 /// JSON object. A first line without any number names the columns. Columns are found by the names of the model's channels
-/// where it knows any; of a recording with more channels than it reads, the model's own are taken.
+/// where it knows any, and a missing one is refused. Otherwise all are channels but time and indices
+/// ([`ColumnName`](taxel_data::ColumnName)); of a recording with more channels than the model reads, its channels are taken.
 #[derive(Debug, Clone)]
 pub struct LineColumns {
     /// Values of a time step.
@@ -67,7 +68,8 @@ impl LineColumns {
     /// `timestamp` or `t` is it, with its unit at the end, `time_ms`, or in seconds.
     pub fn new(spec: &SampleSpec, time: Option<Time>, clock: Option<Clock>) -> Self {
         let (before, _, after) = spec.around_time();
-        let model_names = spec.table.as_ref().map_or(vec![], |table| table.columns.clone());
+        let of_table = || spec.table.as_ref().map_or(vec![], |table| table.columns.clone());
+        let model_names = if spec.channel_names.is_empty() { of_table() } else { spec.channel_names.clone() };
         let channels = spec.channels.clone().filter(|kept| {
             matches!(spec.layout, Layout::Series | Layout::Fingers) && spec.shape.first() == Some(&kept.len())
         });
@@ -98,7 +100,9 @@ impl LineColumns {
         let is_time = |at: usize, name: Option<&str>| match (&self.time, name) {
             (Some(Time::At(column)), _) => at == *column,
             (Some(Time::Named(column)), Some(name)) => column.eq_ignore_ascii_case(name),
-            (None, Some(name)) => Clock::of_column(name).is_some(),
+            (None, Some(name)) => {
+                Clock::of_column(name).is_some() && !self.model_names.iter().any(|known| known == name)
+            }
             (Some(Time::Named(_)) | None, None) => false,
         };
         self.numbers.read(line, &mut self.names, is_time)?;
@@ -106,7 +110,10 @@ impl LineColumns {
         if self.taken.as_ref().is_none_or(|taken| taken.width != width || taken.time != time) {
             let taken = self.take(width, time);
             // A field that is no number explains a wrong count best.
-            let taken = taken.map_err(|fault| self.numbers.no_number(line).unwrap_or(fault))?;
+            let taken = taken.map_err(|fault| match fault {
+                Fault::Names(_) => fault,
+                fault => self.numbers.no_number(line).unwrap_or(fault),
+            })?;
             self.taken = Some(taken);
         }
         let taken = self.taken.iter().flat_map(|taken| &taken.values);
@@ -125,24 +132,29 @@ impl LineColumns {
     }
 
     fn clock(&self) -> Clock {
+        if self.numbers.is_date {
+            return Clock::Seconds;
+        }
         let named = || self.names.of_time(self.numbers.time).and_then(Clock::of_column);
         self.clock.or_else(named).unwrap_or(Clock::Seconds)
     }
 
     /// Finds which of `width` numbers are the values of a time step.
     fn take(&self, width: usize, time: Option<usize>) -> Result<Taken, Fault> {
-        if let (Some(named), None) = (&self.time, time) {
-            let named = match named {
-                Time::At(column) => format!("{} columns, and --time names column {}", width, column + 1),
-                Time::Named(name) => format!("no column {name:?}, which --time names"),
-            };
-            return Err(Fault::Columns(format!("it has {named}")));
-        }
-        let others: Vec<usize> = (0..width).filter(|at| Some(*at) != time).collect();
-        let has_names = self.model_names.len() == self.each && self.each > 0;
-        let position = |name: &String| self.names.position(name).filter(|at| *at < width);
-        let named: Option<Vec<usize>> =
-            if has_names { self.model_names.iter().map(position).collect() } else { None };
+        self.refuse_no_time(width, time)?;
+        let knows_names = self.model_names.len() == self.each && self.each > 0;
+        // A first line that has other columns was no header.
+        let named: Option<Vec<usize>> = if knows_names && self.names.of_numbers().len() == width {
+            let places = self.model_names.iter().map(|name| self.names.position(name));
+            Some(places.collect::<Result<_, _>>()?)
+        } else {
+            None
+        };
+        let is_index = |at: &usize| {
+            let name = self.names.of_numbers().get(*at).map(|name| ColumnName::of(name));
+            matches!(name, Some(ColumnName::LeftOut(_)))
+        };
+        let others: Vec<usize> = (0..width).filter(|at| Some(*at) != time && !is_index(at)).collect();
         let values = named.or_else(|| (others.len() == self.each).then(|| others.clone())).or_else(|| {
             let channels = self.channels.as_ref().filter(|channels| !channels.is_empty())?;
             let inner = self.each / channels.len();
@@ -168,6 +180,22 @@ impl LineColumns {
                 Err(Fault::Columns(format!("it has {width} columns, lines before had {}", before.width)))
             }
             _ => Ok(Taken { width, time, values }),
+        }
+    }
+
+    /// Refuses lines without the column of time stamps that was named.
+    fn refuse_no_time(&self, width: usize, time: Option<usize>) -> Result<(), Fault> {
+        match &self.time {
+            Some(Time::Named(name)) if time.is_none() => {
+                let held = self.names.held();
+                Err(Fault::Names(format!(
+                    "there is no column of time stamps {name:?}, which --time names; {held}"
+                )))
+            }
+            Some(Time::At(at)) if *at >= width => {
+                Err(Fault::Columns(format!("it has {width} columns, and --time names column {}", at + 1)))
+            }
+            _ => Ok(()),
         }
     }
 }
@@ -231,7 +259,8 @@ mod tests {
         assert!("0".parse::<Time>().is_err());
         for (time, line) in [("nosuch", "1,2"), ("nosuch", r#"{"t":0.5,"a":1,"b":2}"#), ("4", "1,2")] {
             let refused = read(&mut stamped(time, None), line).unwrap_err();
-            assert!(matches!(&refused, Fault::Columns(why) if why.contains("--time")), "{refused:?}");
+            let (Fault::Columns(why) | Fault::Names(why)) = &refused else { panic!("{refused:?}") };
+            assert!(why.contains("--time"), "{why}");
         }
         // Nanoseconds since 1970 keep their microseconds.
         let mut long = stamped("1", Some(Clock::Nanoseconds));
@@ -254,6 +283,70 @@ mod tests {
         let fingers = SampleSpec::new(Layout::Fingers, &[1, 2, 10]);
         let mut second = plain(&SampleSpec { channels: Some(vec![1]), ..fingers });
         assert_eq!(good(&mut second, "1,2,3,4").0, [3.0, 4.0]);
+    }
+
+    #[test]
+    fn names_of_the_model_are_found_or_refused() {
+        let names = ["thumb", "index"].map(String::from).to_vec();
+        let known = || plain(&SampleSpec { channel_names: names.clone(), ..series(2) });
+        for header in ["index,id,thumb", ",index,ring,thumb", "time_ms,index,thumb"] {
+            let mut columns = known();
+            assert_eq!(read(&mut columns, header).unwrap(), None, "{header}");
+            let line = header
+                .replace("thumb", "1")
+                .replace("index", "2")
+                .replace(|c: char| c.is_alphabetic() || c == '_', "");
+            let line = line
+                .split(',')
+                .map(|cell| if cell.is_empty() { "9" } else { cell })
+                .collect::<Vec<_>>()
+                .join(",");
+            assert_eq!(good(&mut columns, &line).0, [1.0, 2.0], "{header}: {line}");
+        }
+        assert_eq!(good(&mut known(), r#"{"x":[7,8],"index":2,"thumb":1}"#).0, [1.0, 2.0]);
+        assert_eq!(good(&mut known(), "1,2").0, [1.0, 2.0], "lines without names");
+        let lists = SampleSpec { channel_names: vec!["x[1]".into(), "a".into()], ..series(2) };
+        assert_eq!(good(&mut plain(&lists), r#"{"a":3,"x":[7,8]}"#).0, [8.0, 3.0]);
+        for (header, line, part) in [
+            ("thumb,ring", "1,2", "no channel \"index\", which the model reads; there are thumb, ring"),
+            ("thumb,index,thumb", "1,2,3", "two columns are named \"thumb\""),
+        ] {
+            let mut columns = known();
+            read(&mut columns, header).unwrap();
+            assert!(
+                matches!(read(&mut columns, line), Err(Fault::Names(why)) if why.contains(part)),
+                "{header}"
+            );
+        }
+    }
+
+    #[test]
+    fn indices_are_no_channels_and_dates_are_stamps() {
+        for header in ["Unnamed: 0,a,t,b", ",a,t,b", "frame_index,a,t,b"] {
+            let mut columns = plain(&series(2));
+            read(&mut columns, header).unwrap();
+            assert_eq!(good(&mut columns, "7,1,0.5,2"), (vec![1.0, 2.0], Some(0.5)), "{header}");
+            assert_eq!(good(&mut columns, "7,1,1970-01-01T00:00:02.5Z,2"), (vec![1.0, 2.0], Some(2.5)));
+        }
+        let object = r#"{"time_ms":"1970-01-01 00:00:02.5","a":1,"b":2}"#;
+        assert_eq!(good(&mut plain(&series(2)), object), (vec![1.0, 2.0], Some(2.5)));
+        let mut numbered = plain(&series(3));
+        assert_eq!(read(&mut numbered, "0,1,2").unwrap(), None);
+        assert_eq!(good(&mut numbered, "5,6,7").0, [5.0, 6.0, 7.0]);
+    }
+
+    #[test]
+    fn a_column_of_time_that_is_not_there_is_refused() {
+        let named = || LineColumns::new(&series(2), Some(Time::Named("nosuch".into())), None);
+        for lines in [&["t,a,b", "0,1,2"][..], &["1,2"], &[r#"{"t":0,"a":1,"b":2}"#]] {
+            let mut columns = named();
+            let last = lines.iter().map(|line| read(&mut columns, line)).last().unwrap();
+            assert!(matches!(last, Err(Fault::Names(why)) if why.contains("nosuch")), "{lines:?}");
+        }
+        let mut far = LineColumns::new(&series(2), Some(Time::At(8)), None);
+        assert!(
+            matches!(read(&mut far, "1,2"), Err(Fault::Columns(why)) if why.contains("--time names column 9"))
+        );
     }
 
     #[test]

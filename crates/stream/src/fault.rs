@@ -9,4 +9,6 @@ pub(crate) enum Fault {
     Columns(String),
     /// A number is NaN or infinite.
     NotFinite(String),
+    /// No line can be a time step: a column that is needed has another name.
+    Names(String),
 }

@@ -1,16 +1,21 @@
 //! The numbers of a line of CSV or JSON.
 
 use serde_json::Value;
+use taxel_data::{numbers_columns, seconds_of_date};
 
 use crate::fault::Fault;
 
 /// Letters of a line that a message shows.
 const SHOWN: usize = 40;
+/// Names that a message lists.
+const SHOWN_NAMES: usize = 16;
 
 /// Names of the columns, by a header or the first object.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Names {
     names: Vec<String>,
+    /// Names of the numbers: under a key of several, each with its place.
+    of_numbers: Vec<String>,
 }
 
 /// The numbers of the last line.
@@ -21,6 +26,8 @@ pub(crate) struct LineNumbers {
     /// Where the time stamp stands among them.
     pub time: Option<usize>,
     pub stamp: Option<f64>,
+    /// The stamp was a date, and is in seconds.
+    pub is_date: bool,
 }
 
 impl Names {
@@ -32,16 +39,62 @@ impl Names {
         if !self.names.is_empty() {
             return fields(line).eq(self.names.iter().map(String::as_str));
         }
-        let named = first && are_names(line);
+        // A first time step of two numbers may be 0,1 too.
+        let named = first && (are_names(line) || fields(line).count() > 2 && numbers_columns(fields(line)));
         if named {
             self.names = fields(line).map(str::to_string).collect();
+            self.of_numbers = self.names.clone();
         }
         named
     }
 
-    /// Returns the column of this name.
-    pub fn position(&self, name: &str) -> Option<usize> {
-        self.names.iter().position(|known| known == name)
+    /// Returns the names of the numbers; none of lines without names.
+    pub fn of_numbers(&self) -> &[String] {
+        &self.of_numbers
+    }
+
+    /// Returns the number of this name, which has to be the only one.
+    pub fn position(&self, name: &str) -> Result<usize, Fault> {
+        let mut at = (0..self.of_numbers.len()).filter(|at| self.of_numbers[*at] == name);
+        match (at.next(), at.next()) {
+            (Some(one), None) => Ok(one),
+            (None, _) => Err(Fault::Names(format!(
+                "there is no channel {name:?}, which the model reads; {}",
+                self.held()
+            ))),
+            (Some(_), Some(_)) => Err(Fault::Names(format!("two columns are named {name:?}; rename one"))),
+        }
+    }
+
+    /// Lists the names for a message.
+    pub fn held(&self) -> String {
+        match self.of_numbers.len().saturating_sub(SHOWN_NAMES) {
+            _ if self.of_numbers.is_empty() => "columns have no names".into(),
+            0 => format!("there are {}", self.of_numbers.join(", ")),
+            more => format!("there are {} and {more} more", self.of_numbers[..SHOWN_NAMES].join(", ")),
+        }
+    }
+
+    /// Takes the names of an object whose keys hold numbers.
+    fn take(
+        &mut self,
+        object: &serde_json::Map<String, Value>,
+        is_time: &impl Fn(usize, Option<&str>) -> bool,
+    ) {
+        let mut at = 0;
+        for (name, value) in object {
+            let is_date =
+                value.as_str().is_some_and(|text| seconds_of_date(text).is_some()) && is_time(at, Some(name));
+            let count = if value.is_number() || is_date { 1 } else { count(value) };
+            if value.is_array() || count == 1 {
+                self.names.push(name.clone());
+                at += count;
+            }
+            match value {
+                Value::Array(_) => self.of_numbers.extend((0..count).map(|i| format!("{name}[{i}]"))),
+                _ => self.of_numbers.extend((count == 1).then(|| name.clone())),
+            }
+        }
     }
 
     /// Returns the name of the column of time stamps.
@@ -50,14 +103,16 @@ impl Names {
     }
 
     fn get(&self, at: usize) -> Option<&str> {
-        self.names.get(at).map(String::as_str)
+        self.of_numbers.get(at).map(String::as_str)
     }
 }
 
-/// Checks whether every field of a line is a name and no number.
+/// Checks whether the fields of a line are names and no numbers; an index has none.
 pub(crate) fn are_names(line: &str) -> bool {
-    !line.starts_with(['[', '{'])
-        && fields(line).all(|field| field.parse::<f64>().is_err() && !field.is_empty())
+    let is_text = fields(line).all(|field| field.parse::<f64>().is_err());
+    is_text
+        && !line.starts_with(['[', '{'])
+        && fields(line).any(|field| field.starts_with(char::is_alphabetic))
 }
 
 impl LineNumbers {
@@ -69,11 +124,15 @@ impl LineNumbers {
         is_time: impl Fn(usize, Option<&str>) -> bool,
     ) -> Result<(), Fault> {
         self.values.clear();
-        (self.time, self.stamp) = (None, None);
+        (self.time, self.stamp, self.is_date) = (None, None, false);
         if !line.starts_with(['[', '{']) {
             for (at, field) in fields(line).enumerate() {
                 if is_time(at, names.get(at)) {
-                    self.stamp(field.parse().map_err(|_| no_number(at, field))?);
+                    let number = field.parse().ok();
+                    self.is_date = number.is_none();
+                    self.stamp(
+                        number.or_else(|| seconds_of_date(field)).ok_or_else(|| no_number(at, field))?,
+                    );
                 } else {
                     self.values.push(field.parse().unwrap_or(f32::NAN));
                 }
@@ -84,14 +143,17 @@ impl LineNumbers {
         match serde_json::from_str::<Value>(line).map_err(json)? {
             Value::Object(object) => {
                 if names.names.is_empty() {
-                    let numbers = object.iter().filter(|(_, value)| value.is_number() || value.is_array());
-                    names.names = numbers.map(|(name, _)| name.clone()).collect();
+                    names.take(&object, &is_time);
                 }
                 for name in &names.names {
                     let value =
                         object.get(name).ok_or_else(|| Fault::Malformed(format!("it has no {name:?}")))?;
-                    match (is_time(self.values.len(), Some(name)), value.as_f64()) {
-                        (true, Some(stamp)) => self.stamp(stamp),
+                    let date = value.as_str().and_then(seconds_of_date);
+                    match (is_time(self.values.len(), Some(name)), value.as_f64().or(date)) {
+                        (true, Some(stamp)) => {
+                            self.is_date = date.is_some();
+                            self.stamp(stamp);
+                        }
                         // A text is a fault only where it is one of the values of the time step.
                         _ if value.is_string() || value.is_boolean() => self.values.push(f32::NAN),
                         _ => self.flatten(value, name)?,
@@ -146,6 +208,14 @@ impl LineNumbers {
             }
             field => no_number(at, field.unwrap_or_default()),
         }
+    }
+}
+
+/// Counts the numbers of a list; 0 of all else.
+fn count(value: &Value) -> usize {
+    match value {
+        Value::Array(all) => all.iter().map(|inner| if inner.is_array() { count(inner) } else { 1 }).sum(),
+        _ => 0,
     }
 }
 

@@ -49,10 +49,10 @@ impl Text<'_> {
                 continue;
             }
             let read = match line {
-                InputLine::TooLong => Err((Skip::TooLong, format!("it is longer than {most} bytes"))),
+                InputLine::TooLong => Err((Some(Skip::TooLong), format!("it is longer than {most} bytes"))),
                 InputLine::Whole(line) => match std::str::from_utf8(line) {
                     Ok(line) => self.columns.read(line, &mut values).map_err(Fault::parts),
-                    Err(_) => Err((Skip::Malformed, "it is no text (UTF-8)".into())),
+                    Err(_) => Err((Some(Skip::Malformed), "it is no text (UTF-8)".into())),
                 },
             };
             match read {
@@ -65,7 +65,8 @@ impl Text<'_> {
                         return Ok(());
                     }
                 }
-                Err((kind, why)) => {
+                Err((None, why)) => return Err(self.broken(&format!("line {number}: {why}"))),
+                Err((Some(kind), why)) => {
                     let why = format!("line {number}: {why}");
                     self.skip(&feed.counters, kind, &why);
                     first.get_or_insert(why);
@@ -110,11 +111,13 @@ impl Text<'_> {
 }
 
 impl Fault {
-    fn parts(self) -> (Skip, String) {
+    /// Says how a line is counted that is skipped, and why; a fault of all lines is not counted.
+    fn parts(self) -> (Option<Skip>, String) {
         match self {
-            Fault::Malformed(why) => (Skip::Malformed, why),
-            Fault::Columns(why) => (Skip::Columns, why),
-            Fault::NotFinite(why) => (Skip::NotFinite, why),
+            Fault::Malformed(why) => (Some(Skip::Malformed), why),
+            Fault::Columns(why) => (Some(Skip::Columns), why),
+            Fault::NotFinite(why) => (Some(Skip::NotFinite), why),
+            Fault::Names(why) => (None, why),
         }
     }
 }

@@ -3,6 +3,7 @@
 pub(crate) mod card;
 pub(crate) mod card_channels;
 pub(crate) mod card_text;
+pub(crate) mod counting;
 pub(crate) mod describe;
 pub(crate) mod drift;
 pub(crate) mod duplicates;

@@ -1,6 +1,7 @@
 //! Warns of properties of a data set that distort a score.
 
 use crate::check::card::{Card, ClassCount};
+use crate::check::counting::counting;
 use crate::dataset::dataset::Dataset;
 use crate::error::plural;
 
@@ -26,6 +27,12 @@ pub(crate) fn warnings(card: &Card, data: &Dataset, sets: &[Vec<usize>]) -> Vec<
             "{} with one value throughout, the first is {}: no contact?",
             plural(card.constant_samples.len(), "sample"),
             data.origins[*first]
+        ));
+    }
+    for channel in counting(data) {
+        let name = data.spec.channel_names.get(channel).map_or(String::new(), |name| format!(" {name:?}"));
+        warnings.push(format!(
+            "channel {channel}{name} only counts up: an index or a clock tells recordings apart without touch; leave it out"
         ));
     }
     of_classes(card, &mut warnings);

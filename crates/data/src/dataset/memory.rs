@@ -7,6 +7,7 @@ use crate::dataset::labels::by_name;
 use crate::dataset::sample_spec::SampleSpec;
 use crate::dataset::source::Source;
 use crate::dataset::targets::Targets;
+use crate::error::plural;
 use crate::{Error, Result};
 use ndarray::{ArrayD, Dimension};
 use taxel_base::Layout;
@@ -75,6 +76,29 @@ impl Dataset {
         self.groups = Some(numbers.unwrap_or_else(|| by_name(names).1));
         self.group_name = Some("group".into());
         self.update_digest();
+        Ok(self)
+    }
+
+    /// Gives names to the channels: the entries of the first axis of a sample, or the values of a time step.
+    ///
+    /// # Errors
+    ///
+    /// Another number of names, or one of them twice.
+    pub fn with_channel_names(mut self, names: &[impl ToString]) -> Result<Self> {
+        let names: Vec<String> = names.iter().map(ToString::to_string).collect();
+        let (before, _, after) = self.spec.around_time();
+        let first = self.spec.shape.first().copied().filter(|_| self.spec.layout.time_axis() != Some(0));
+        let refuse = |value: String, wanted: String| {
+            Err(Error::Fact { at: self.name.clone(), key: "channels", value, wanted })
+        };
+        if let Some((_, name)) = names.iter().enumerate().find(|(at, name)| names[..*at].contains(name)) {
+            return refuse(format!("{name:?} twice"), "and a name is of one channel".into());
+        }
+        if Some(names.len()) != first && names.len() != before * after {
+            let channels = plural(first.unwrap_or(before * after), "channel");
+            return refuse(plural(names.len(), "name"), format!("and samples have {channels}"));
+        }
+        self.spec.channel_names = names;
         Ok(self)
     }
 

@@ -1,6 +1,7 @@
 //! The data set in memory, and how stored arrays become one.
 
 pub(crate) mod assemble;
+pub(crate) mod channel_facts;
 pub(crate) mod channel_names;
 pub(crate) mod dataset;
 pub(crate) mod digest;

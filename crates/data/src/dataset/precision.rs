@@ -11,6 +11,14 @@ const CONSTANT: f64 = 1e-12;
 /// Most channels that are watched one by one; those beyond share one.
 const CHANNELS: usize = 1 << 16;
 
+/// Up to here f64 holds every whole number.
+const WHOLE: f64 = 9_007_199_254_740_992.0;
+
+/// Checks whether a number is whole and f32 does not hold it: above 2^24 not every one.
+pub(crate) fn is_rounded_whole(value: f64) -> bool {
+    value.fract() == 0.0 && value.abs() <= WHOLE && f64::from(value as f32) != value
+}
+
 /// Watches numbers of 64 bits, channel by channel.
 #[derive(Debug, Default)]
 pub(crate) struct Precision {

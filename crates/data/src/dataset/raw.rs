@@ -129,6 +129,8 @@ pub(crate) struct SampleFacts {
     pub test_array: Option<String>,
     /// Origin of each sample.
     pub origins: Option<Vec<String>>,
+    /// Names of the channels, in their order.
+    pub channels: Option<Vec<String>>,
     /// Quantities of targets that are values, in the order of their columns.
     pub quantities: Option<Vec<Quantity>>,
 }

@@ -4,6 +4,7 @@ use crate::Result;
 use crate::dataset::dataset::refuse_layout;
 use crate::dataset::raw::Raw;
 use crate::dataset::sample_spec::SampleSpec;
+use crate::dataset::validate::is_by_name;
 use crate::length::length::Length;
 use crate::options::{ReadOptions, refuse_set};
 use taxel_base::Layout;
@@ -53,6 +54,7 @@ pub(crate) fn spec_of(
         _ => recorded,
     };
     let channel_names = match &options.channels {
+        _ if is_by_name(raw, options) => options.channel_names.clone(),
         Some(kept) => kept.iter().filter_map(|channel| raw.channel_names.get(*channel).cloned()).collect(),
         None => raw.channel_names.clone(),
     };

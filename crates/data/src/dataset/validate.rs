@@ -12,9 +12,14 @@ const NO_LABEL: u32 = u32::MAX;
 
 /// Returns the channels to keep; none for all of them. Channels that have names are found by these.
 pub(crate) fn channels(raw: &Raw, options: &ReadOptions) -> Result<Option<Vec<usize>>> {
-    let by_name = places(&options.channel_names, &raw.channel_names);
-    if let Some(places) = by_name.map_err(|why| Error::file(&raw.file, why))? {
-        return Ok(Some(places));
+    if is_by_name(raw, options) {
+        let by_name = places(&options.channel_names, &raw.channel_names);
+        let by_name = by_name.map_err(|why| Error::file(&raw.file, why))?;
+        if by_name.is_some() && raw.channel_names.len() != raw.x.shape()[1] {
+            let why = "has its taxels in another order than the model; bring them into that order with table.columns";
+            return Err(Error::file(&raw.file, why));
+        }
+        return Ok(by_name);
     }
     let Some(channels) = &options.channels else {
         return Ok(None);
@@ -36,6 +41,11 @@ pub(crate) fn channels(raw: &Raw, options: &ReadOptions) -> Result<Option<Vec<us
         }
     }
     Ok(Some(channels.clone()))
+}
+
+/// Checks whether channels are found by the names that a model expects, in place of their numbers.
+pub(crate) fn is_by_name(raw: &Raw, options: &ReadOptions) -> bool {
+    !options.channel_names.is_empty() && !raw.channel_names.is_empty()
 }
 
 /// Returns the name of a label in messages: `y[17]` or `y[17, 2]`.

@@ -1,13 +1,21 @@
-//! Reads one CSV recording: rows are time, columns channels.
+//! Reads CSV recordings: rows are time, columns channels.
 
-use crate::formats::text::{csv_reader, read_text, without_mark};
+use crate::dataset::precision::Precision;
+use crate::formats::clock::Timing;
+use crate::formats::stamps::{Mended, Stamp, StampRule, TOO_MANY};
+use crate::formats::table::column_kind::numbers_columns;
+use crate::formats::table::options::Clock;
+use crate::formats::table::recording_columns::RecordingColumns;
+use crate::formats::table::text_columns::{TableRow, TableText};
+use crate::formats::timed::Timed;
+use crate::layout::listing::FoundFiles;
 use crate::options::ReadOptions;
-use crate::reader::{FileFormat, Format, Sample};
+use crate::reader::{FileFormat, Format, Recorded};
 use crate::{Error, Result};
 use std::path::Path;
 use taxel_base::Layout;
 
-/// Reads files of CSV of which each is one recording.
+/// Reads files of CSV of which each is one recording; all of a folder share the step of their time stamps.
 pub(crate) struct Csv;
 
 impl FileFormat for Csv {
@@ -19,8 +27,9 @@ impl FileFormat for Csv {
         &Format {
             name: "CSV recording",
             endings: &["csv"],
-            holds: "one recording: rows are time, columns channels, under a header or none",
-            becomes: "[C, T]",
+            holds: "one recording: rows are time, columns channels, under a header or none; time and indices are no \
+                    channels, see [Columns](#columns)",
+            becomes: "[C, T], at equal steps where there are time stamps; columns by their names",
         }
     }
 
@@ -28,107 +37,194 @@ impl FileFormat for Csv {
         Some(Layout::Series)
     }
 
-    fn hint(&self) -> &'static str {
-        " but for time (channels, time): use the same channels throughout"
-    }
-
-    fn read(&self, path: &Path, options: &ReadOptions) -> Result<Sample> {
-        let text = read_text(path, &options.limits)?;
-        read(&text, &path.display().to_string(), options.limits.max_values)
-    }
-}
-
-/// Reads `text` as one sample `[channels, time]`.
-///
-/// Columns are separated by commas. A first row without any number is a header. `file` is for
-/// messages, `limit` the most values allowed.
-fn read(text: &str, file: &str, limit: u64) -> Result<Sample> {
-    let text = without_mark(text);
-    let mut reader = csv_reader(text, b',', false);
-    let (mut first_line, mut width, mut rows) = (0, None, 0);
-    let mut channel_names = vec![];
-    // Row after row as read; turned to one channel after the other below.
-    let mut values: Vec<f32> = Vec::new();
-    let mut record = csv::StringRecord::new();
-    while reader.read_record(&mut record).map_err(Error::csv(file))? {
-        #[expect(clippy::expect_used, reason = "a reader notes where a record starts")]
-        let line = line_of(text, record.position().expect("a record that was read"));
-        let want = *width.get_or_insert_with(|| {
-            first_line = line;
-            record.len()
-        });
-        if record.len() != want {
-            return Err(Error::RaggedCsv { file: file.into(), line, got: record.len(), first_line, want });
-        }
-        let is_header = line == first_line && record.iter().all(|f| f.parse::<f32>().is_err());
-        if is_header && !is_other_separator(&record) {
-            channel_names = record.iter().map(String::from).collect();
-            continue;
-        }
-        for (column, field) in record.iter().enumerate() {
-            values.push(field.parse().map_err(|_| no_number(&record, field, file, line, column))?);
-        }
-        rows += 1;
-        if values.len() as u64 > limit {
-            return Err(Error::TooLarge {
-                at: file.into(),
-                shape: vec![want as u64, rows as u64],
-                limit,
-                hint: "cut the recording or raise limits.max_values",
-            });
-        }
-    }
-    let channels = match width {
-        None => return Err(Error::EmptyFile { file: file.into() }),
-        Some(_) if rows == 0 => {
-            return Err(Error::file(file, "holds a header but no rows; one row per time step"));
-        }
-        Some(channels) => channels,
-    };
-    let mut sample = Vec::with_capacity(values.len());
-    for channel in 0..channels {
-        sample.extend(values.iter().skip(channel).step_by(channels));
-    }
-    let shape = vec![channels, rows];
-    Ok(Sample { shape, values: sample, dtype: "csv".into(), channel_names, is_turned: false })
-}
-
-fn no_number(record: &csv::StringRecord, field: &str, file: &str, line: u64, column: usize) -> Error {
-    Error::CsvNumber {
-        file: file.into(),
-        line,
-        column: column + 1,
-        text: field.chars().take(40).collect(),
-        hint: if is_other_separator(record) {
-            "; separate columns with commas, decimals with points"
-        } else {
-            ""
-        },
+    fn read_together(
+        &self,
+        root: &Path,
+        found: &FoundFiles,
+        options: &ReadOptions,
+    ) -> Option<Result<Recorded>> {
+        Some(read(root, found, options))
     }
 }
 
-/// Returns the line of a record, whose position is that of the blank lines before it.
-pub(crate) fn line_of(text: &str, start: &csv::Position) -> u64 {
-    let rest = &text.as_bytes()[start.byte() as usize..];
-    let blank = rest.iter().take_while(|byte| matches!(byte, b'\r' | b'\n'));
-    start.line() + blank.filter(|byte| **byte == b'\n').count() as u64
+fn read(root: &Path, found: &FoundFiles, options: &ReadOptions) -> Result<Recorded> {
+    let at = root.display().to_string();
+    let (mut set, mut origins) = (CsvSet::default(), vec![]);
+    for path in &found.files {
+        let table = TableText::of_recording(path, &options.limits)?.with_different_names()?;
+        set.add(&table, options)?;
+        origins.push(path.strip_prefix(root).unwrap_or(path).display().to_string());
+    }
+    let Some(first) = set.first else { return Err(Error::NoSamples { at }) };
+    if let Some(lossy) = set.precision.lossy() {
+        let name = first.names.get(lossy.channel).map_or(String::new(), |name| format!(" {name:?}"));
+        return Err(Error::file(at, format!("channel {}{name} {lossy} with table.ignore", lossy.channel)));
+    }
+    let timing = Timing::of(&set.timed.stamps(), options.stamped);
+    if let Some(timing) = timing.filter(|timing| !timing.is_likely()) {
+        let how = "say their unit with table.clock, or leave the column out with table.ignore";
+        return Err(Error::file(
+            at,
+            format!("time stamps are {:e} s apart and give no rate; {how}", timing.step),
+        ));
+    }
+    let x = set.timed.into_recordings(timing, &[], &at, options)?;
+    let mut read_as = set.read_as;
+    read_as.extend(set.mended.said());
+    read_as.extend(timing.map(|timing| timing.to_string()));
+    Ok(Recorded {
+        rate: timing.map(|timing| timing.rate()),
+        read_as,
+        ignored: set.left_out,
+        channel_names: first.names,
+        ..Recorded::of(x, "csv".into(), Some(Layout::Series), origins)
+    })
 }
 
-/// Checks for numbers separated by semicolons, tabs or spaces, which are one unreadable field.
-fn is_other_separator(record: &csv::StringRecord) -> bool {
-    let numbers = |separator| {
-        let mut fields = record.iter().flat_map(|field| field.split(separator));
-        fields.clone().count() > record.len() && fields.all(|f| f.trim().parse::<f32>().is_ok())
-    };
-    numbers(';') || numbers('\t') || numbers(' ')
+/// The recordings that were read so far.
+#[derive(Default)]
+struct CsvSet {
+    first: Option<FirstFile>,
+    timed: Timed,
+    precision: Precision,
+    mended: Mended,
+    /// How files were read, for the card.
+    read_as: Vec<String>,
+    /// Columns that are no channels, and why.
+    left_out: Vec<String>,
+}
+
+/// What all files have in common with the first.
+struct FirstFile {
+    file: String,
+    /// Names of the channels; empty without a header.
+    names: Vec<String>,
+    shape: Vec<usize>,
+    has_time: bool,
+}
+
+impl CsvSet {
+    /// Adds the rows of a file as one recording.
+    fn add(&mut self, table: &TableText, options: &ReadOptions) -> Result<()> {
+        let mut columns = RecordingColumns::of(table, options)?;
+        if let Some(first) = &self.first {
+            if table.is_named && !first.names.is_empty() {
+                columns.arrange(table, &first.names, &first.file)?;
+            }
+            if columns.time.is_some() != first.has_time {
+                let (this, other) = if first.has_time { ("no", "some") } else { ("a", "none") };
+                let (file, how) = (&first.file, "use the same columns in all files");
+                return Err(
+                    table.refuse(format!("has {this} column of time stamps, and {file} has {other}; {how}"))
+                );
+            }
+        }
+        self.say(table, &columns);
+        let rows = self.rows(table, &columns, options)?;
+        let shape = vec![columns.channels.len(), rows];
+        let Some(first) = &self.first else {
+            let name = |at: &usize| table.header[*at].clone();
+            let names = if table.is_named { columns.channels.iter().map(name).collect() } else { vec![] };
+            let (file, has_time) = (table.file.clone(), columns.time.is_some());
+            self.first = Some(FirstFile { file, names, shape, has_time });
+            return Ok(());
+        };
+        if shape[0] != first.shape[0] {
+            let (file, first_shape) = (table.file.clone(), first.shape.clone());
+            let hint = " but for time (channels, time): use the same channels throughout";
+            return Err(Error::SampleShape { file, shape, first: first.file.clone(), first_shape, hint });
+        }
+        Ok(())
+    }
+
+    /// Says once what is no channel, and what could be read otherwise.
+    fn say(&mut self, table: &TableText, columns: &RecordingColumns) {
+        let mut said = vec![];
+        if let Some((at, clock)) = columns.time {
+            said.push(format!("time by {:?} in {}", table.header[at], clock.name()));
+        }
+        if table.is_named && numbers_columns(table.header.iter().map(String::as_str)) {
+            said.push("the first line numbers the columns".into());
+        }
+        if table.has_decimal_commas() {
+            said.push("decimals have commas".into());
+        }
+        let add = |all: &mut Vec<String>, said: &String| {
+            if !all.contains(said) {
+                all.push(said.clone());
+            }
+        };
+        said.iter().for_each(|said| add(&mut self.read_as, said));
+        columns.left_out.iter().for_each(|said| add(&mut self.left_out, said));
+    }
+
+    /// Reads the rows of a file, and counts them.
+    fn rows(
+        &mut self,
+        table: &TableText,
+        columns: &RecordingColumns,
+        options: &ReadOptions,
+    ) -> Result<usize> {
+        let (mut rows, mut rule) = (0, StampRule::default());
+        self.timed.width = columns.channels.len();
+        table.rows(|row: TableRow| {
+            if let Some((at, clock)) = columns.time {
+                match rule.push(row.stamp(at)?).map_err(|why| refused_time(&row, at, &why, clock))? {
+                    Stamp::Later(stamp) => self.timed.stamps.push(stamp / clock.per_second()),
+                    Stamp::Repeated => return Ok(true),
+                }
+            }
+            for (channel, at) in columns.channels.iter().enumerate() {
+                let value = row.number(*at)?;
+                self.precision.see(channel, row.long_number(*at)?, value);
+                self.timed.values.push(value);
+            }
+            rows += 1;
+            options.limits.refuse_values(&table.file, self.timed.values.len())?;
+            Ok(true)
+        })?;
+        if rows == 0 {
+            return Err(table.refuse("holds a header but no rows; one row per time step".into()));
+        }
+        if let Some((at, _)) = columns.time {
+            let how = format!(
+                "write finer stamps, or leave the column out with table.ignore = [{:?}]",
+                table.header[at]
+            );
+            let mended = rule.finish().map_err(|count| table.refuse(format!("{count} {TOO_MANY}; {how}")))?;
+            self.mended.add(mended);
+        }
+        self.timed.rows.push(rows);
+        Ok(rows)
+    }
+}
+
+/// Refuses a row whose time is not later than that before.
+fn refused_time(row: &TableRow, at: usize, why: &str, clock: Clock) -> Error {
+    let (line, table) = (row.line, row.table());
+    let (name, unit) = (&table.header[at], clock.name());
+    table.refuse(format!(
+        "line {line}: the recording {why} (time in {unit}); or leave the column out with table.ignore = [{name:?}]"
+    ))
 }
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use crate::options::{Limits, ReadOptions};
+    use crate::recordings::recordings;
+
+    fn read(text: &str) -> crate::Result<(Vec<usize>, Vec<f32>)> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.csv");
+        std::fs::write(&path, text).unwrap();
+        let limits = Limits { max_values: 100, ..Limits::default() };
+        let x = recordings(&path, &ReadOptions { limits, ..ReadOptions::default() }, 2)?.x;
+        Ok((x.shape()[1..].to_vec(), x.iter().copied().collect()))
+    }
 
     fn refused(text: &str) -> String {
-        read(text, "a.csv", 100).err().unwrap().to_string()
+        let message = read(text).err().unwrap().to_string();
+        message[message.find("a.csv").unwrap()..].into()
     }
 
     #[test]
@@ -140,9 +236,14 @@ mod tests {
             "thumb,index\n1,2\n3,4\n5,6.5",
             "\u{feff}1,2\n3,4\n5,0.65e1",
             "\"t,0\",i\n1,2\n3,4\n5,6.5",
+            "1;2\n3;4\n5;6.5\n",
+            "1\t2\n3\t4\n5\t6.5\n",
+            "1;2\n3;4\n5;6,5\n",
+            "5V,3V3\n1,2\n3,4\n5,6.5",
+            "0,1\n1,2\n3,4\n5,6.5",
+            ",0,1\n0,1,2\n1,3,4\n2,5,6.5",
         ] {
-            let sample = read(text, "a.csv", 6).unwrap();
-            assert_eq!((sample.shape, sample.values), want, "{text:?}");
+            assert_eq!(read(text).unwrap(), want, "{text:?}");
         }
     }
 
@@ -152,9 +253,14 @@ mod tests {
         assert_eq!(refused("a,b\n1,2\n\n3,4,5\n"), "a.csv: line 4 has 3 columns, line 1 has 2");
         assert_eq!(refused("a,b\n1,2\n3,x\n"), "a.csv: line 3, column 2: \"x\" is not a number");
         assert_eq!(refused("1,\n3,4\n"), "a.csv: line 1, column 2: \"\" is not a number");
-        for text in ["1;2\n3;4\n", "1,5;2,5\n", "1\t2\n", "1 2\n3 4\n"] {
+        for (text, hint) in [
+            ("1 2\n3 4\n", "\"1 2\" is a list of numbers; write a column for each"),
+            ("a\n\"1,5\"\n\"2,5\"\n", "line 2, column a: \"1,5\" is a number with a decimal comma"),
+            ("a,b\n1,2\n1,3 N\n", "\"3 N\" is not a number; write the unit into the name of the column"),
+            ("1,a\n2,b\n", "line 1, column 2: \"a\" is not a number"),
+        ] {
             let message = refused(text);
-            assert!(message.ends_with("commas, decimals with points"), "{message}");
+            assert!(message.contains(hint), "{message}");
         }
         assert_eq!(refused("a,b\n"), "a.csv: holds a header but no rows; one row per time step");
         assert_eq!(refused("\n\n"), "a.csv: is empty (0 bytes); copy or record it again");

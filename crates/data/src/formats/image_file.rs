@@ -74,7 +74,7 @@ impl FileFormat for ImageFile {
             (_, _) => planes::<Luma<f32>, u16>(&image.into_luma16(), &stored, resize, 65535.0),
         };
         let (shape, dtype) = (resized(&stored, resize), format!("{DTYPE}{bits}"));
-        Ok(Sample { shape, values, dtype, channel_names: vec![], is_turned: upright.is_turned })
+        Ok(Sample { shape, values, dtype, is_turned: upright.is_turned })
     }
 }
 

@@ -1,24 +1,19 @@
 //! Reads recordings in JSON Lines, a time step per line: an object of columns by name, or an array of numbers.
 
-use crate::dataset::channel_names::numbered;
-use crate::dataset::precision::Precision;
+use crate::dataset::precision::{Precision, is_rounded_whole};
 use crate::formats::clock::Timing;
-use crate::formats::json_numbers::JsonNumbers;
+use crate::formats::json_columns::JsonColumns;
+use crate::formats::json_time_step::TimeStep;
 use crate::formats::stamps::{Mended, Stamp, StampRule, TOO_MANY};
-use crate::formats::table::options::Clock;
-use crate::formats::text::read_text;
+use crate::formats::text::{read_text, without_mark};
 use crate::formats::timed::Timed;
 use crate::layout::listing::FoundFiles;
 use crate::options::ReadOptions;
 use crate::reader::{FileFormat, Format, Recorded};
 use crate::{Error, Result};
-use serde::de::{Deserialize, Deserializer, MapAccess, SeqAccess, Visitor};
 use std::fmt;
 use std::path::Path;
 use taxel_base::Layout;
-
-/// Most numbers of a line of a file that is not damaged.
-const MAX_NUMBERS: usize = 1 << 16;
 
 /// Reads files of which each is one recording; all of a folder share the step of their time stamps.
 pub(crate) struct JsonLines;
@@ -32,9 +27,9 @@ impl FileFormat for JsonLines {
         &Format {
             name: "JSON Lines",
             endings: &["jsonl", "ndjson"],
-            holds: "one recording, a time step per line: `{\"t\": 0.01, \"taxels\": [1, 2]}` or `[1, 2]`; a key `time`, \
-                    `timestamp` or `t` as in [Tables](#tables), texts are passed over",
-            becomes: "[C, T] at equal steps, columns in the order of the first line",
+            holds: "one recording, a time step per line: `{\"t\": 0.01, \"taxels\": [1, 2]}` or `[1, 2]`; keys are columns, see \
+                    [Columns](#columns), texts are passed over",
+            becomes: "[C, T] at equal steps, keys in the order of the first line",
         }
     }
 
@@ -54,15 +49,16 @@ impl FileFormat for JsonLines {
 
 fn read(root: &Path, found: &FoundFiles, options: &ReadOptions) -> Result<Recorded> {
     let at = root.display().to_string();
-    let (mut timed, mut columns, mut origins) = (Timed::default(), None, vec![]);
-    let (mut mended, mut precision) = (Mended::default(), Precision::default());
+    let (mut set, mut origins) = (JsonSet::default(), vec![]);
     for path in &found.files {
         let text = read_text(path, &options.limits)?;
-        let file = File { name: path.display().to_string(), text: &text };
-        mended.add(file.add(&mut columns, &mut timed, &mut precision, options)?);
+        let file = File { name: path.display().to_string(), text: without_mark(&text) };
+        set.add(&file, options)?;
         origins.push(path.strip_prefix(root).unwrap_or(path).display().to_string());
     }
-    let Some(columns) = columns else { return Err(Error::NoSamples { at }) };
+    let JsonSet { columns: Some(columns), timed, precision, mended } = set else {
+        return Err(Error::NoSamples { at });
+    };
     let channel_names = columns.channel_names();
     if let Some(lossy) = precision.lossy() {
         let name = channel_names.get(lossy.channel).map_or("", String::as_str);
@@ -81,47 +77,18 @@ fn read(root: &Path, found: &FoundFiles, options: &ReadOptions) -> Result<Record
         rate: timing.map(|timing| timing.rate()),
         read_as,
         channel_names,
+        ignored: columns.left_out,
         ..Recorded::of(x, "json".into(), Some(Layout::Series), origins)
     })
 }
 
-/// The columns of a line: names and number of values of each; an array is one column without a name.
-#[derive(PartialEq)]
-struct LineColumns {
-    names: Vec<(String, usize)>,
-    /// The column of time stamps, and their unit.
-    time: Option<(usize, Clock)>,
-}
-
-impl LineColumns {
-    fn of(line: &TimeStep) -> Self {
-        let time = line.names.iter().enumerate().filter(|(_, (_, count))| *count == 1);
-        let time = time.filter_map(|(at, (name, _))| Some((at, Clock::of_column(name)?))).next();
-        Self { names: line.names.clone(), time }
-    }
-
-    /// Counts the numbers before a column.
-    fn start(&self, column: usize) -> usize {
-        self.names[..column].iter().map(|(_, count)| count).sum()
-    }
-
-    fn width(&self) -> usize {
-        self.start(self.names.len()) - usize::from(self.time.is_some())
-    }
-
-    /// Returns the names of the channels; empty where a line is an array.
-    fn channel_names(&self) -> Vec<String> {
-        let is_time = |at: usize| self.time.is_some_and(|(time, _)| time == at);
-        let columns = self.names.iter().enumerate().filter(|(at, _)| !is_time(*at));
-        numbered(columns.map(|(_, (name, count))| (name.as_str(), *count)))
-    }
-
-    fn described(&self) -> String {
-        let time = self.time.map_or(String::new(), |(at, clock)| {
-            format!(", time by {:?} in {}", self.names[at].0, clock.name())
-        });
-        format!("{}{time}", crate::error::plural(self.width(), "channel"))
-    }
+/// The recordings that were read so far.
+#[derive(Default)]
+struct JsonSet {
+    columns: Option<JsonColumns>,
+    timed: Timed,
+    precision: Precision,
+    mended: Mended,
 }
 
 struct File<'t> {
@@ -134,105 +101,64 @@ impl File<'_> {
         Error::file(&self.name, format!("line {line}: {why}"))
     }
 
-    /// Adds the lines of the file as one recording. Returns what was done about its stamps.
-    fn add(
-        &self,
-        columns: &mut Option<LineColumns>,
-        timed: &mut Timed,
-        precision: &mut Precision,
-        options: &ReadOptions,
-    ) -> Result<Mended> {
-        let (mut rows, mut rule) = (0, StampRule::default());
+    /// Reads the lines that are not blank, with their numbers.
+    fn steps(&self) -> impl Iterator<Item = Result<(usize, TimeStep)>> {
         let lines = self.text.lines().enumerate().map(|(at, text)| (at + 1, text.trim()));
-        for (at, text) in lines.filter(|(_, text)| !text.is_empty()) {
-            let line: TimeStep =
-                serde_json::from_str(text).map_err(|e| self.refuse(at, format!("is no time step ({e})")))?;
-            let columns = columns.get_or_insert_with(|| LineColumns::of(&line));
+        lines.filter(|(_, text)| !text.is_empty()).map(|(at, text)| match serde_json::from_str(text) {
+            Ok(step) => Ok((at, step)),
+            Err(e) => Err(self.refuse(at, format!("is no time step ({e})"))),
+        })
+    }
+}
+
+impl JsonSet {
+    /// Adds the lines of a file as one recording.
+    fn add(&mut self, file: &File, options: &ReadOptions) -> Result<()> {
+        let columns = match self.columns.take() {
+            Some(columns) => columns,
+            None => JsonColumns::of(file.steps(), &options.table, &options.channel_names)?
+                .map_err(|why| Error::file(&file.name, why))?,
+        };
+        let (mut rows, mut rule) = (0, StampRule::default());
+        for step in file.steps() {
+            let (line, mut step) = step?;
             if columns.width() == 0 {
-                return Err(self.refuse(at, "holds no numbers; write one per channel"));
+                return Err(file.refuse(line, "holds no numbers; write one per channel"));
             }
-            if line.names != columns.names {
-                let why =
-                    "has other keys, or other counts of numbers, than the first line; write the same in each";
-                return Err(self.refuse(at, why));
-            }
-            timed.width = columns.width();
-            let time = columns.time.map(|(column, clock)| (columns.start(column), clock));
-            if let Some((place, clock)) = time {
-                let stamp = line.numbers[place];
-                if !stamp.is_finite() {
-                    return Err(self.refuse(at, "has no time stamp"));
-                }
+            step.arrange(&columns.names).map_err(|why| file.refuse(line, why))?;
+            self.timed.width = columns.width();
+            if let Some((stamp, clock)) = columns.stamp(&step) {
+                let stamp = stamp.filter(|stamp| stamp.is_finite());
+                let stamp = stamp.ok_or_else(|| file.refuse(line, "has no time stamp"))?;
                 let pushed =
-                    rule.push(stamp).map_err(|why| self.refuse(at, format!("the recording {why}")))?;
+                    rule.push(stamp).map_err(|why| file.refuse(line, format!("the recording {why}")))?;
                 match pushed {
-                    Stamp::Later(stamp) => timed.stamps.push(stamp / clock.per_second()),
+                    Stamp::Later(stamp) => self.timed.stamps.push(stamp / clock.per_second()),
                     Stamp::Repeated => continue,
                 }
             }
-            let others =
-                line.numbers.iter().enumerate().filter(|(at, _)| time.is_none_or(|(time, _)| *at != time));
-            timed
-                .values
-                .extend(others.enumerate().map(|(channel, (_, value))| precision.rounded(channel, *value)));
+            for (channel, value) in columns.values(&step).enumerate() {
+                if is_rounded_whole(value) {
+                    let why = "does not fit f32 (integers to 2^24 = 16777216); subtract an offset, or name a key that is \
+                               no channel with table.ignore";
+                    let names = columns.channel_names();
+                    let name = names.get(channel).map_or("", String::as_str);
+                    return Err(file.refuse(line, format!("{name} {value} {why}")));
+                }
+                self.timed.values.push(self.precision.rounded(channel, value));
+            }
             rows += 1;
-            options.limits.refuse_values(&self.name, timed.values.len())?;
+            options.limits.refuse_values(&file.name, self.timed.values.len())?;
         }
         if rows == 0 {
-            return Err(Error::EmptyFile { file: self.name.clone() });
+            return Err(Error::EmptyFile { file: file.name.clone() });
         }
-        timed.rows.push(rows);
+        self.columns = Some(columns);
+        self.timed.rows.push(rows);
         let refuse =
-            |count| Error::file(&self.name, format!("{count} {TOO_MANY}; write finer stamps, or none"));
-        rule.finish().map_err(refuse)
-    }
-}
-
-/// The numbers of one line, column after column.
-#[derive(Default)]
-struct TimeStep {
-    names: Vec<(String, usize)>,
-    numbers: Vec<f64>,
-}
-
-impl TimeStep {
-    fn reader(&mut self) -> JsonNumbers<'_> {
-        JsonNumbers { out: &mut self.numbers, most: MAX_NUMBERS }
-    }
-}
-
-impl<'de> Deserialize<'de> for TimeStep {
-    fn deserialize<D: Deserializer<'de>>(reader: D) -> Result<Self, D::Error> {
-        reader.deserialize_any(LineVisitor)
-    }
-}
-
-struct LineVisitor;
-
-impl<'de> Visitor<'de> for LineVisitor {
-    type Value = TimeStep;
-
-    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str("an object of numbers or an array of numbers")
-    }
-
-    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<TimeStep, A::Error> {
-        let mut line = TimeStep::default();
-        while let Some(name) = map.next_key::<String>()? {
-            let before = line.numbers.len();
-            map.next_value_seed(line.reader())?;
-            // Texts are for people.
-            let count = line.numbers.len() - before;
-            line.names.extend((count > 0).then_some((name, count)));
-        }
-        Ok(line)
-    }
-
-    fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<TimeStep, A::Error> {
-        let mut line = TimeStep::default();
-        while list.next_element_seed(line.reader())?.is_some() {}
-        line.names = vec![(String::new(), line.numbers.len())];
-        Ok(line)
+            |count| Error::file(&file.name, format!("{count} {TOO_MANY}; write finer stamps, or none"));
+        self.mended.add(rule.finish().map_err(refuse)?);
+        Ok(())
     }
 }
 
@@ -270,7 +196,7 @@ mod tests {
     #[test]
     fn what_is_no_recording_is_refused_by_line() {
         for (text, why) in [
-            ("{\"a\": 1}\n{\"b\": 1}\n", "1.jsonl: line 2: has other keys"),
+            ("{\"a\": 1}\n{\"b\": 1}\n", "1.jsonl: line 2: has no number under \"a\""),
             (
                 "{\"t\": 1, \"a\": 1}\n{\"t\": 1, \"a\": 1}\n",
                 "1.jsonl: 1 of the 2 time steps repeat the stamp",

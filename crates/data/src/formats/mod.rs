@@ -16,8 +16,10 @@ pub(crate) mod csv_file;
 pub(crate) mod hdf5;
 #[cfg(feature = "image")]
 pub(crate) mod image_file;
+pub(crate) mod json_columns;
 pub(crate) mod json_lines;
 pub(crate) mod json_numbers;
+pub(crate) mod json_time_step;
 #[cfg(feature = "matlab")]
 pub(crate) mod mat;
 pub(crate) mod names;

@@ -42,3 +42,10 @@ pub(crate) fn csv_reader(text: &str, separator: u8, has_header: bool) -> csv::Re
         .delimiter(separator)
         .from_reader(without_mark(text).as_bytes())
 }
+
+/// Returns the line of a record, whose position is that of the blank lines before it.
+pub(crate) fn line_of(text: &str, start: &csv::Position) -> u64 {
+    let rest = &text.as_bytes()[start.byte() as usize..];
+    let blank = rest.iter().take_while(|byte| matches!(byte, b'\r' | b'\n'));
+    start.line() + blank.filter(|byte| **byte == b'\n').count() as u64
+}

@@ -83,7 +83,7 @@ pub(crate) fn read(place: &Place, found: FoundFiles, options: &ReadOptions) -> R
         names: Some(names),
         facts,
         groups,
-        ignored: found.ignored,
+        ignored: [found.ignored, recorded.ignored].concat(),
         read_as: [found.read_as, recorded.read_as].concat(),
         topics: recorded.topics,
         channel_names: recorded.channel_names,
@@ -112,16 +112,13 @@ fn one_by_one(
         total_size(&file, found.files.len(), &shape, None, options)?;
     }
     let mut origins = Vec::new();
-    let mut channel_names: Option<Vec<String>> = None;
     let mut collected = Collected::new(&file, options.limits).of_about(found.files.len());
     let mut dtype: Option<String> = None;
     let mut turned = 0;
     for path in &found.files {
         refuse_empty(path)?;
-        let mut sample = format.read(path, options)?;
+        let sample = format.read(path, options)?;
         let name = path.display().to_string();
-        let wanted = channel_names.get_or_insert_with(|| sample.channel_names.clone());
-        sample.arrange(wanted).map_err(|why| Error::file(&name, format!("{why}, as {first} has them")))?;
         let first_dtype = dtype.get_or_insert_with(|| sample.dtype.clone());
         let layout = format.layout(sample.shape.len());
         let given = [options.layout, found.facts.layout, layout];
@@ -147,7 +144,6 @@ fn one_by_one(
     Ok(Recorded {
         depth: format.depth(&dtype),
         read_as: said.into_iter().collect(),
-        channel_names: channel_names.unwrap_or_default(),
         ..Recorded::of(x, dtype, layout, origins)
     })
 }

@@ -19,8 +19,8 @@ pub(crate) const NAMES: &str = "labels.json";
 ///
 /// Either file is `["a", "b"]`, or an object with that list under `classes`; for labels `[N, k]`
 /// a list of k such lists. An object may also give the source of the samples (`source`, a text: `simulated: fingertip`),
-/// their axes (`layout`: `series`, `image`, ...), `unit` (a text), `rate` (a number, Hz) and highest value
-/// (`full_scale`, a number in that unit). [`convert`](crate::write::convert) also writes `group_array` and `test_array`,
+/// their axes (`layout`: `series`, `image`, ...), the names of their channels (`channels`, a list), `unit` (a text), `rate`
+/// (a number, Hz) and highest value (`full_scale`, a number in that unit). [`convert`](crate::write::convert) also writes `group_array` and `test_array`,
 /// which name the arrays of groups and marks, and `origins`, which lists where each sample comes from. Other keys are for
 /// people and not read.
 ///
@@ -144,6 +144,7 @@ fn facts(value: &Value, file: &str) -> Result<SampleFacts> {
         group_array: given("group_array").map(text).transpose()?,
         test_array: given("test_array").map(text).transpose()?,
         origins: given("origins").map(texts).transpose()?,
+        channels: given("channels").map(texts).transpose()?,
         quantities: given("quantities").map(quantities).transpose()?,
     })
 }

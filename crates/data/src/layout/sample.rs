@@ -18,11 +18,5 @@ pub(crate) fn one(header: &npy::Header, reader: &mut dyn Read, at: &str, limits:
     }
     let array = header.read_along(reader, at, npy::Cap::of_samples(limits), 0)?;
     let shape = array.shape().to_vec();
-    Ok(Sample {
-        shape,
-        values: array.into_iter().collect(),
-        dtype: header.dtype.clone(),
-        channel_names: vec![],
-        is_turned: false,
-    })
+    Ok(Sample { shape, values: array.into_iter().collect(), dtype: header.dtype.clone(), is_turned: false })
 }

@@ -20,7 +20,7 @@ impl Dataset {
     /// - `x` `[N, ...]` f32.
     /// - `y` `[N]`, or `[N, k]` of attributes, whose names are not kept; groups `[N]` under their own name; `test`
     ///   `[N]`, 1 for the samples that the authors test on.
-    /// - in JSON the axes, class names, unit, rate (Hz), full scale, source of simulated samples, names of the arrays of
+    /// - in JSON the axes, class names, names of channels, unit, rate (Hz), full scale, source of simulated samples, names of the arrays of
     ///   groups and marks, and origin of each sample.
     ///
     /// Rest values and the table or topics that samples were cut from are not kept.
@@ -87,6 +87,7 @@ fn facts(data: &Dataset, group: Option<&str>) -> Value {
     let said = [
         ("source", simulated.map(Value::from)),
         ("layout", Some(spec.layout.name().into())),
+        ("channels", (!spec.channel_names.is_empty()).then(|| json!(spec.channel_names))),
         ("unit", spec.unit.clone().map(Value::from)),
         ("rate", spec.rate.map(Value::from)),
         ("full_scale", full_scale.map(Value::from)),

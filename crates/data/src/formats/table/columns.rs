@@ -1,6 +1,8 @@
 //! Finds the roles of the columns of a table, by options and header.
 
 use crate::dataset::channel_names::listed;
+use crate::formats::table::column_kind::ColumnKind;
+use crate::formats::table::column_name::ColumnName;
 use crate::formats::table::options::{Clock, TableForm, TableOptions};
 use crate::formats::table::text_columns::TableText;
 use crate::options::ReadOptions;
@@ -22,6 +24,8 @@ pub(crate) struct TableColumns {
     pub test: Option<usize>,
     /// Columns that may be channels: the named ones, or all others that are not ignored.
     pub rest: Vec<usize>,
+    /// Columns that are no channels, and why.
+    pub left_out: Vec<(usize, &'static str)>,
     /// Axes of the channels of a row; none where they are a list.
     pub shape: Vec<usize>,
 }
@@ -68,10 +72,8 @@ impl TableColumns {
         let test = options.test.as_ref().map(|name| header.named(name, "test")).transpose()?;
         let used = [recording, time.map(|(at, _)| at), label, group, test];
         let is_ignored = |at: usize| {
-            let name = &header.names[at];
-            // Spreadsheets and data frames write row numbers in a column without a name. Another column of classes would
-            // give the answer away.
-            name.is_empty() || ignored.contains(&at) || is_like_a_role(name)
+            // Another column of classes would give the answer away.
+            ignored.contains(&at) || is_like_a_role(&header.names[at])
         };
         let is_free = |at: &usize| !used.contains(&Some(*at)) && !is_ignored(*at);
         let named = |name: &String| header.named(name, "table.columns");
@@ -80,13 +82,43 @@ impl TableColumns {
         } else {
             table.columns.iter().map(named).collect::<Result<_>>()?
         };
-        Ok(Self { form, recording, time, label, group, test, rest, shape: table.shape.clone() })
+        let shape = table.shape.clone();
+        Ok(Self { form, recording, time, label, group, test, rest, left_out: vec![], shape })
     }
 
-    /// Takes the unit of time stamps from the type of their column, where no option says it.
-    pub fn with_clock(self, table: &TableText, options: &ReadOptions) -> Self {
-        let typed = |at: usize| options.table.clock.or(table.clock(at));
-        Self { time: self.time.map(|(at, clock)| (at, typed(at).unwrap_or(clock))), ..self }
+    /// Decides by their cells what the columns are that may be channels: leaves the channels in `rest` and returns those of
+    /// texts. Columns that the options name are channels whatever they are called.
+    pub fn settle(&mut self, table: &TableText, options: &ReadOptions) -> Result<Vec<usize>> {
+        let is_named = !options.table.columns.is_empty();
+        let looked_at: Vec<usize> = self.rest.iter().copied().chain(self.time.map(|(at, _)| at)).collect();
+        let (mut channels, mut texts) = (vec![], vec![]);
+        let kinds = table.kinds(&looked_at)?;
+        for (place, (at, kind)) in looked_at.into_iter().zip(kinds).enumerate() {
+            let is_time = place == self.rest.len();
+            match kind {
+                ColumnKind::Time(clock) if is_time => {
+                    self.time = Some((at, options.table.clock.unwrap_or(clock)));
+                }
+                _ if is_time => {}
+                ColumnKind::Disguised(first) => return Err(table.refuse_disguised(at, &first)),
+                ColumnKind::Text if is_named => {
+                    let name = &table.header[at];
+                    return Err(
+                        table.refuse(format!("column {name:?} is to be a channel and holds no numbers"))
+                    );
+                }
+                ColumnKind::Channel => channels.push(at),
+                _ if is_named => channels.push(at),
+                ColumnKind::Text => texts.push(at),
+                ColumnKind::Time(clock) if self.form == TableForm::Long && self.time.is_none() => {
+                    self.time = Some((at, options.table.clock.unwrap_or(clock)));
+                }
+                ColumnKind::Time(_) => self.left_out.push((at, "time")),
+                ColumnKind::LeftOut(why) => self.left_out.push((at, why)),
+            }
+        }
+        self.rest = channels;
+        Ok(texts)
     }
 
     /// Lists the columns that are used beside the channels; the time of a sample is no feature of it.
@@ -134,10 +166,10 @@ impl Header<'_> {
 
     /// Finds the column of time stamps: the named one, or that of a usual name that is not `ignored`.
     fn time(&self, table: &TableOptions, ignored: &[usize]) -> Result<Option<(usize, Clock)>> {
+        let is_time = |at: &usize| matches!(ColumnName::of(&self.names[*at]), ColumnName::Time(_));
         let at = match &table.time {
             Some(name) => Some(self.named(name, "table.time")?),
-            None => (0..self.names.len())
-                .find(|at| !ignored.contains(at) && Clock::of_column(&self.names[*at]).is_some()),
+            None => (0..self.names.len()).find(|at| !ignored.contains(at) && is_time(at)),
         };
         let clock = |at: usize| table.clock.or(Clock::of_column(&self.names[at])).unwrap_or(Clock::Seconds);
         Ok(at.map(|at| (at, clock(at))))

@@ -4,9 +4,6 @@ use serde::{Deserialize, Serialize};
 use std::fmt::{self, Display, Formatter};
 use std::str::FromStr;
 
-/// Names of the column of time stamps, also followed by their unit.
-const TIME: [&str; 3] = ["time", "timestamp", "t"];
-
 /// How a table of many recordings is read; by default its header says it.
 ///
 /// The columns of labels, groups and test marks are named by [`ReadOptions::y`](field@crate::ReadOptions::y),
@@ -101,16 +98,6 @@ impl Clock {
         }
     }
 
-    /// Returns the unit at the end of the name of a column of time stamps (`time_ms`), or seconds without one; none for a
-    /// name that is not `time`, `timestamp` or `t`.
-    pub fn of_column(name: &str) -> Option<Self> {
-        let name = name.to_lowercase();
-        let head = name.find([' ', '_', '(', '[']).unwrap_or(name.len());
-        let unit = name[head..].trim_matches([' ', '_', '(', ')', '[', ']']);
-        let clock = if unit.is_empty() { Some(Self::Seconds) } else { Self::named(unit) };
-        clock.filter(|_| TIME.contains(&&name[..head]))
-    }
-
     /// Returns the number of units in a second.
     pub fn per_second(self) -> f64 {
         match self {
@@ -189,25 +176,5 @@ impl FromStr for TableOptions {
             }
         }
         Ok(table)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_unit_of_time_stamps_is_in_the_name_of_their_column() {
-        for (name, clock) in [
-            ("time", Some(Clock::Seconds)),
-            ("Time_ms", Some(Clock::Milliseconds)),
-            ("timestamp [ns]", Some(Clock::Nanoseconds)),
-            ("t (us)", Some(Clock::Microseconds)),
-            ("time_of_day", None),
-            ("t_1", None),
-            ("temperature", None),
-        ] {
-            assert_eq!(Clock::of_column(name), clock, "{name}");
-        }
     }
 }

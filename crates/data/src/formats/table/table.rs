@@ -116,8 +116,9 @@ pub(crate) fn read(
 ) -> Result<Raw> {
     let file = table.file.clone();
     let needs_labels = needs_labels && labels_by_recording.is_none();
-    let columns = TableColumns::of(&table.header, &file, options, needs_labels)?.with_clock(table, options);
-    let (channels, texts) = table.numeric(columns.rest.clone())?;
+    let mut columns = TableColumns::of(&table.header, &file, options, needs_labels)?;
+    let texts = columns.settle(table, options)?;
+    let channels = columns.rest.clone();
     if channels.is_empty() {
         let held = table.header.join(", ");
         return Err(table.refuse(format!("has no column of numbers beside labels and groups; it has {held}")));
@@ -142,7 +143,10 @@ pub(crate) fn read(
     let read_as = [described(table, &columns, channels.len(), timing), mended.said()].concat();
     let used: Vec<usize> = columns.used().chain(channels.iter().chain(&texts).copied()).collect();
     let others = (0..table.header.len()).filter(|at| !used.contains(at));
-    let ignored = others.map(|at| format!("column {:?}", name(at))).collect();
+    let why = |at: usize| {
+        columns.left_out.iter().find(|(column, _)| *column == at).map(|(_, why)| format!(" ({why})"))
+    };
+    let ignored = others.map(|at| format!("column {:?}{}", name(at), why(at).unwrap_or_default())).collect();
     let groups = groups(&all, columns.group.map(name), &file, options)?;
     let official =
         columns.test.map(|at| (name(at), all.iter().filter_map(|recording| recording.mark).collect()));
@@ -254,6 +258,7 @@ fn described(
     }
     parts.extend(role("labels", columns.label));
     parts.extend(role("groups", columns.group));
+    parts.extend(table.has_decimal_commas().then(|| "decimals with commas".into()));
     let timing = timing.map(|timing| timing.to_string());
     [Some(parts.join(", ")), timing].into_iter().flatten().collect()
 }

@@ -1,19 +1,31 @@
 //! Reads the cells of a table in CSV or Parquet, with the place of each for messages.
 
-use crate::dataset::precision::Precision;
-use crate::formats::csv_file;
+use crate::dataset::precision::{Precision, is_rounded_whole};
 #[cfg(feature = "parquet")]
 use crate::formats::parquet_file::ParquetFile;
+use crate::formats::table::column_kind::{ColumnCells, ColumnKind, Disguised, numbers_columns};
+use crate::formats::table::number_form::NumberForm;
 use crate::formats::table::options::Clock;
-use crate::formats::text::{csv_reader, read_text, without_mark};
+use crate::formats::table::separators::{Separators, plain};
+use crate::formats::table::time_text;
+use crate::formats::text::{csv_reader, line_of, read_text, without_mark};
 use crate::options::Limits;
 use crate::{Error, Result};
+use std::borrow::Cow;
 use std::path::Path;
+
+/// Up to here f32 holds every whole number.
+const EXACT: f32 = 16_777_216.0;
 
 /// A table as text: its header, and its rows one after the other.
 pub(crate) struct TableText {
     pub file: String,
+    /// Names of the columns; their numbers from 1 where a recording has no header.
     pub header: Vec<String>,
+    /// The header is in the file.
+    pub is_named: bool,
+    /// The file is one recording, of which messages number the columns.
+    is_recording: bool,
     /// Rows of a recording follow one another.
     pub is_in_order: bool,
     rows: RowSource,
@@ -22,7 +34,7 @@ pub(crate) struct TableText {
 enum RowSource {
     Csv {
         text: String,
-        separator: u8,
+        separators: Separators,
     },
     /// Of equal columns, one after the other.
     #[cfg(feature = "parquet")]
@@ -68,31 +80,70 @@ impl TableText {
             }
             files.push(opened);
         }
-        Ok(Self { file, header, is_in_order: false, rows: RowSource::Parquet(files) })
+        let rows = RowSource::Parquet(files);
+        Ok(Self { file, header, is_named: true, is_recording: false, is_in_order: false, rows })
     }
 
     /// Opens a table that is text.
     pub fn of_csv(path: &Path, limits: &Limits) -> Result<Self> {
+        let table = Self::of_text(path, limits)?;
+        let header = table.header.iter().map(String::as_str);
+        if header.clone().all(|name| name.parse::<f64>().is_ok()) && !numbers_columns(header) {
+            let why = "its first line is all numbers; write the names of the columns there, or, where the file is \
+                       one recording, put it in a folder of its class";
+            return Err(table.refuse(why.into()));
+        }
+        Ok(table)
+    }
+
+    /// Opens a text that is one recording, under a header or without one.
+    pub fn of_recording(path: &Path, limits: &Limits) -> Result<Self> {
+        let mut table = Self { is_recording: true, ..Self::of_text(path, limits)? };
+        if !table.begins_with_names()? {
+            table.header = (1..=table.header.len()).map(|column| column.to_string()).collect();
+            table.is_named = false;
+        }
+        Ok(table)
+    }
+
+    /// Opens a text whose first line is the header.
+    fn of_text(path: &Path, limits: &Limits) -> Result<Self> {
         let file = path.display().to_string();
         let mut text = read_text(path, limits)?;
         text.drain(..text.len() - without_mark(&text).len());
-        let first = text.lines().find(|line| !line.trim().is_empty()).unwrap_or_default();
-        let count = |separator: &u8| first.bytes().filter(|byte| byte == separator).count();
-        // The last of several that are equally frequent: the comma.
-        let separator = [b'\t', b';', b','].into_iter().max_by_key(count).unwrap_or(b',');
+        let separators = Separators::of(&text);
         let mut header = csv::StringRecord::new();
-        let is_there =
-            csv_reader(&text, separator, false).read_record(&mut header).map_err(Error::csv(&file))?;
+        let mut reader = csv_reader(&text, separators.column, false);
+        let is_there = reader.read_record(&mut header).map_err(Error::csv(&file))?;
         let header: Vec<String> = header.iter().map(String::from).collect();
         if !is_there || header.iter().all(String::is_empty) {
             return Err(Error::EmptyFile { file });
         }
-        if header.iter().all(|name| name.parse::<f64>().is_ok()) {
-            let why = "its first line is all numbers; write the names of the columns there, or, where the file is \
-                       one recording, put it in a folder of its class";
-            return Err(Error::file(file, why));
+        let rows = RowSource::Csv { text, separators };
+        Ok(Self { file, header, is_named: true, is_recording: false, is_in_order: false, rows })
+    }
+
+    /// Checks whether the first line of a recording is a header: it has no number, or it numbers the columns.
+    fn begins_with_names(&self) -> Result<bool> {
+        let has_comma = self.has_decimal_commas();
+        if self.header.iter().any(|cell| plain(cell, has_comma).parse::<f64>().is_ok()) {
+            return Ok(numbers_columns(self.header.iter().map(String::as_str)));
         }
-        Ok(Self { file, header, is_in_order: false, rows: RowSource::Csv { text, separator } })
+        if self.header.iter().any(|cell| NumberForm::of(cell).is_none()) {
+            return Ok(true);
+        }
+        // `5V` is a name above numbers.
+        let mut is_name = false;
+        self.rows(|row| {
+            is_name = (0..self.header.len()).all(|at| row.long(at).is_some());
+            Ok(false)
+        })?;
+        Ok(is_name)
+    }
+
+    /// Checks whether decimals are written with commas.
+    pub fn has_decimal_commas(&self) -> bool {
+        matches!(&self.rows, RowSource::Csv { separators, .. } if separators.has_comma)
     }
 
     /// Checks whether a column holds numbers of more than 32 bits.
@@ -158,7 +209,7 @@ impl TableText {
     /// Hands every row to `take` until it returns false.
     pub fn rows(&self, mut take: impl FnMut(TableRow) -> Result<bool>) -> Result<()> {
         let (text, separator) = match &self.rows {
-            RowSource::Csv { text, separator } => (text, *separator),
+            RowSource::Csv { text, separators } => (text, separators.column),
             #[cfg(feature = "parquet")]
             RowSource::Parquet(files) => {
                 for file in files {
@@ -172,14 +223,15 @@ impl TableText {
         };
         let mut reader = csv_reader(text, separator, false);
         let mut record = csv::StringRecord::new();
-        let mut is_header = true;
+        let (mut is_header, mut first_line) = (self.is_named, None);
         while reader.read_record(&mut record).map_err(Error::csv(&self.file))? {
             #[expect(clippy::expect_used, reason = "a reader notes where a record starts")]
             let start = record.position().expect("a record that was read");
-            let line = csv_file::line_of(text, start);
+            let line = line_of(text, start);
+            let first_line = *first_line.get_or_insert(line);
             if record.len() != self.header.len() {
                 let (file, got, want) = (self.file.clone(), record.len(), self.header.len());
-                return Err(Error::RaggedCsv { file, line, got, first_line: 1, want });
+                return Err(Error::RaggedCsv { file, line, got, first_line, want });
             }
             if std::mem::take(&mut is_header) {
                 continue;
@@ -191,19 +243,33 @@ impl TableText {
         Ok(())
     }
 
-    /// Divides the columns `places` into those in which a row holds a number, and the others.
-    pub fn numeric(&self, places: Vec<usize>) -> Result<(Vec<usize>, Vec<usize>)> {
-        let mut is_numeric = vec![false; self.header.len()];
+    /// Decides what the columns `places` are.
+    pub fn kinds(&self, places: &[usize]) -> Result<Vec<ColumnKind>> {
+        let name = |at: &usize| self.is_named.then(|| self.header[*at].as_str());
+        let mut columns: Vec<ColumnCells> = places.iter().map(|at| ColumnCells::new(name(at))).collect();
         self.rows(|row| {
             let mut is_open = false;
-            for at in &places {
-                is_numeric[*at] |= row.text(*at).parse::<f32>().is_ok();
-                is_open |= !is_numeric[*at];
+            for (at, cells) in places.iter().zip(&mut columns).filter(|(_, cells)| cells.is_open()) {
+                cells.add(row.line, row.text(*at), row.long(*at));
+                is_open |= cells.is_open();
             }
             Ok(is_open)
         })?;
-        // A date is no value of a sensor.
-        Ok(places.into_iter().partition(|at| is_numeric[*at] && self.clock(*at).is_none()))
+        // A date is no value of a sensor, and its type says its unit.
+        let typed = |(at, cells): (&usize, ColumnCells)| match (cells.kind(), self.clock(*at)) {
+            (kind @ ColumnKind::LeftOut(_), _) | (kind, None) => kind,
+            (_, Some(clock)) => ColumnKind::Time(clock),
+        };
+        Ok(places.iter().zip(columns).map(typed).collect())
+    }
+
+    /// Refuses a column of numbers that do not read as numbers.
+    pub fn refuse_disguised(&self, at: usize, first: &Disguised) -> Error {
+        let (column, Disguised { line, cell, form }) = (&self.header[at], first);
+        let hint = form.hint();
+        self.refuse(format!(
+            "line {line}, column {column}: {cell:?} {hint}, or name the column with table.ignore if it is no channel"
+        ))
     }
 
     pub fn refuse(&self, why: String) -> Error {
@@ -211,7 +277,12 @@ impl TableText {
     }
 }
 
-impl TableRow<'_> {
+impl<'t> TableRow<'t> {
+    /// Returns the table that it is a row of.
+    pub fn table(&self) -> &'t TableText {
+        self.table
+    }
+
     pub fn text(&self, at: usize) -> &str {
         self.record.get(at).unwrap_or_default()
     }
@@ -225,19 +296,39 @@ impl TableRow<'_> {
     }
 
     pub fn number(&self, at: usize) -> Result<f32> {
-        self.text(at).parse().map_err(|_| self.no_number(at))
+        let number: f32 = self.plain(at).parse().map_err(|_| self.no_number(at))?;
+        if number.abs() >= EXACT && self.long(at).is_some_and(is_rounded_whole) {
+            let why = "does not fit f32 (integers to 2^24 = 16777216); subtract an offset, or name a column that is no \
+                       channel with table.ignore";
+            return Err(self.refuse(at, why));
+        }
+        Ok(number)
     }
 
     /// Reads a number of 64 bits.
     pub fn long_number(&self, at: usize) -> Result<f64> {
-        self.text(at).parse().map_err(|_| self.no_number(at))
+        self.long(at).ok_or_else(|| self.no_number(at))
     }
 
-    /// Reads a time stamp, which is finite.
+    /// Returns a number of 64 bits, where the cell is one.
+    pub fn long(&self, at: usize) -> Option<f64> {
+        self.plain(at).parse().ok()
+    }
+
+    /// Returns a cell with a decimal point, where the table writes commas.
+    fn plain(&self, at: usize) -> Cow<'_, str> {
+        plain(self.text(at), self.table.has_decimal_commas())
+    }
+
+    /// Reads a time stamp, which is finite: a number, or a date with a time as seconds.
     pub fn stamp(&self, at: usize) -> Result<f64> {
-        let stamp = self.text(at).parse::<f64>().ok().filter(|stamp| stamp.is_finite());
-        stamp
-            .ok_or_else(|| self.refuse(at, "is no time stamp; write seconds as a number, or say table.clock"))
+        let stamp = self.long(at).or_else(|| time_text::seconds(self.text(at)));
+        stamp.filter(|stamp| stamp.is_finite()).ok_or_else(|| {
+            self.refuse(
+                at,
+                "is no time stamp; write seconds as a number or 2024-05-01T12:00:00.5, or say table.clock",
+            )
+        })
     }
 
     /// Reads a mark of a sample to test on: a whole number, or `train` and `test`.
@@ -253,10 +344,23 @@ impl TableRow<'_> {
 
     fn no_number(&self, at: usize) -> Error {
         let text = self.text(at);
-        let why = match (text.is_empty(), text.contains(',')) {
-            (true, _) => "is empty; fill it in or leave its row out",
-            (_, true) => "is not a number; write decimals with points",
-            _ => "is not a number; correct it, or name a column that is no channel with table.ignore",
+        let form = NumberForm::of(text);
+        if self.table.is_recording {
+            let text = text.chars().take(40).collect();
+            let hint = form.map_or("", NumberForm::short_hint);
+            return Error::CsvNumber {
+                file: self.table.file.clone(),
+                line: self.line,
+                column: at + 1,
+                text,
+                hint,
+            };
+        }
+        let why = match form {
+            _ if text.is_empty() => "is empty; fill it in or leave its row out",
+            Some(NumberForm::DecimalComma) => "is not a number; write decimals with points",
+            Some(form) => form.hint(),
+            None => "is not a number; correct it, or name a column that is no channel with table.ignore",
         };
         self.refuse(at, why)
     }

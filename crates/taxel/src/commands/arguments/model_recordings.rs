@@ -32,6 +32,7 @@ impl ModelRecordings<'_> {
             length: self.length(spec)?,
             topics: self.topics(spec)?,
             table: self.table(spec),
+            channel_names: spec.channel_names.clone(),
             stamped: spec.recorded_rate(),
             ..self.read_options.clone()
         };

@@ -37,7 +37,8 @@ const OFF: f64 = 0.1;
 ///
 /// Lines are numbers separated by commas (or semicolons, tabs or spaces), JSON arrays, or JSON objects. A header, or the keys,
 /// may name the columns: one called time, timestamp or t (time_ms: in ms) holds time stamps, the others are found by the
-/// names that the model knows. Lines that are no time step are skipped and counted.
+/// names that the model knows; where one of them is missing, the stream is refused. Lines that are no time step are skipped
+/// and counted.
 ///
 /// A decision has these keys. time: the time stamp, or else the seconds since the first time step. reading: the number of the
 /// last time step of the window, from 0. class and probabilities; where the model's encoding refuses a window, class is null
@@ -225,6 +226,7 @@ impl Stream {
             layout: Some(spec.layout),
             topics: if bags { spec.topics.clone() } else { vec![] },
             table: spec.table.clone().unwrap_or_default(),
+            channel_names: spec.channel_names.clone(),
             ..ReadOptions::default()
         };
         SourceSettings {

@@ -1,0 +1,272 @@
+//! Decides what a column is, by its name and its cells: the one rule of all readers of columns.
+//!
+//! Time stamps, indices and columns without a name are never channels. Numbers that do not read as numbers (`1,5`, `12mV`)
+//! are refused, since a channel would be missing without a word.
+
+use crate::formats::table::column_name::{ColumnName, INDEX_WHY};
+use crate::formats::table::number_form::{NumberForm, is_missing};
+use crate::formats::table::options::Clock;
+use crate::formats::table::time_text;
+
+/// What a column is.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum ColumnKind {
+    Time(Clock),
+    /// No channel: why.
+    LeftOut(&'static str),
+    Channel,
+    Text,
+    /// Numbers that do not read as numbers; the first of them.
+    Disguised(Disguised),
+}
+
+/// A number that does not read as one.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Disguised {
+    pub line: u64,
+    pub cell: String,
+    pub form: NumberForm,
+}
+
+/// Fewest rows that show that a counter counts.
+const COUNTED: usize = 3;
+/// Letters of a cell that a message shows.
+const SHOWN: usize = 40;
+/// Why a column without a cell is no channel.
+const EMPTY: &str = "empty";
+
+/// Seconds since 1970 of the years 2001 and 2128.
+const EPOCH: std::ops::Range<f64> = 1e9..5e9;
+
+/// Watches the cells of one column.
+#[derive(Debug)]
+pub(crate) struct ColumnCells {
+    name: ColumnName,
+    numbers: usize,
+    texts: usize,
+    /// Cells that say that a value is missing.
+    missing: usize,
+    /// Texts that are dates or times of day.
+    times: usize,
+    disguised: usize,
+    first_disguised: Option<Disguised>,
+    first_number: f64,
+    counter: Counter,
+}
+
+impl ColumnCells {
+    /// Begins a column; `name` is none in a file without names.
+    pub fn new(name: Option<&str>) -> Self {
+        Self {
+            name: name.map_or(ColumnName::Open, ColumnName::of),
+            numbers: 0,
+            texts: 0,
+            missing: 0,
+            times: 0,
+            disguised: 0,
+            first_disguised: None,
+            first_number: 0.0,
+            counter: Counter::default(),
+        }
+    }
+
+    /// Takes the next cell, and the number that it is, if it is one.
+    pub fn add(&mut self, line: u64, cell: &str, number: Option<f64>) {
+        if let Some(number) = number {
+            if self.numbers == 0 {
+                self.first_number = number;
+            }
+            self.numbers += 1;
+            self.counter.add(number);
+            return;
+        }
+        if is_missing(cell) {
+            self.missing += usize::from(!cell.is_empty());
+            return;
+        }
+        self.texts += 1;
+        self.times += usize::from(time_text::seconds(cell).is_some());
+        if let Some(form) = NumberForm::of(cell) {
+            self.disguised += 1;
+            let cell = cell.chars().take(SHOWN).collect();
+            self.first_disguised.get_or_insert(Disguised { line, cell, form });
+        }
+    }
+
+    /// Checks whether further cells may change the kind.
+    pub fn is_open(&self) -> bool {
+        match self.name {
+            ColumnName::LeftOut(_) => false,
+            ColumnName::Time(_) => self.numbers + self.texts == 0,
+            ColumnName::Counter => self.numbers == 0 || self.counter.counts,
+            ColumnName::Open => self.numbers == 0,
+        }
+    }
+
+    /// Returns the kind of the column.
+    pub fn kind(self) -> ColumnKind {
+        let is_written = self.numbers == 0 && self.times > 0 && self.times == self.texts;
+        match self.name {
+            ColumnName::LeftOut(why) => ColumnKind::LeftOut(why),
+            ColumnName::Time(_) if is_written => ColumnKind::Time(Clock::Seconds),
+            ColumnName::Time(clock) => ColumnKind::Time(clock.unwrap_or_else(|| epoch(self.first_number))),
+            ColumnName::Counter if self.counter.is_index() => ColumnKind::LeftOut(INDEX_WHY),
+            _ if self.numbers > 0 => ColumnKind::Channel,
+            _ if self.texts + self.missing == 0 => ColumnKind::LeftOut(EMPTY),
+            _ if is_written => ColumnKind::Time(Clock::Seconds),
+            _ => match self.first_disguised {
+                Some(first) if self.disguised == self.texts => ColumnKind::Disguised(first),
+                _ => ColumnKind::Text,
+            },
+        }
+    }
+}
+
+/// Returns the unit of a time stamp whose name has none: that in which it lies in this century, else seconds.
+pub(crate) fn epoch(stamp: f64) -> Clock {
+    let others = [Clock::Milliseconds, Clock::Microseconds, Clock::Nanoseconds];
+    let is_it = |clock: &Clock| EPOCH.contains(&(stamp / clock.per_second()));
+    others.into_iter().find(is_it).unwrap_or(Clock::Seconds)
+}
+
+/// Checks whether the cells of a first line number the columns as pandas does, `0,1,2`: such a line is a header. Beside
+/// names of other columns it counts from 0 or 1, alone from 0.
+pub fn numbers_columns<'c>(cells: impl Iterator<Item = &'c str>) -> bool {
+    let (mut count, mut others, mut nameless, mut first) = (0u32, 0, 0, 0);
+    for cell in cells {
+        match cell.parse::<u32>() {
+            Ok(number) => {
+                if count == 0 {
+                    first = number;
+                }
+                if number != first + count {
+                    return false;
+                }
+                count += 1;
+            }
+            Err(_) if cell.parse::<f64>().is_ok() => return false,
+            Err(_) if cell.is_empty() => nameless += 1,
+            Err(_) => others += 1,
+        }
+    }
+    match first {
+        0 => count > 1 || count == 1 && nameless == 1 && others == 0,
+        1 => count > 1 && nameless + others > 0,
+        _ => false,
+    }
+}
+
+/// Watches whether numbers count up by one, perhaps from their beginning again.
+#[derive(Debug)]
+struct Counter {
+    first: f64,
+    last: f64,
+    /// It went up once.
+    has_risen: bool,
+    count: usize,
+    /// Nothing has contradicted it so far.
+    counts: bool,
+}
+
+impl Default for Counter {
+    fn default() -> Self {
+        Self { first: 0.0, last: 0.0, has_risen: false, count: 0, counts: true }
+    }
+}
+
+impl Counter {
+    fn add(&mut self, number: f64) {
+        if !self.counts {
+            return;
+        }
+        if self.count == 0 {
+            (self.first, self.counts) = (number, number.fract() == 0.0);
+        } else {
+            let rises = number - self.last == 1.0;
+            self.counts = rises || self.has_risen && number == self.first;
+            self.has_risen |= rises;
+        }
+        self.last = number;
+        self.count += 1;
+    }
+
+    fn is_index(&self) -> bool {
+        self.counts && self.count >= COUNTED
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn kind(name: &str, cells: &[&str]) -> ColumnKind {
+        let mut column = ColumnCells::new(Some(name));
+        for (line, cell) in cells.iter().enumerate() {
+            column.add(line as u64 + 2, cell, cell.parse().ok());
+        }
+        column.kind()
+    }
+
+    #[test]
+    fn a_column_is_what_its_name_and_cells_say() {
+        assert_eq!(kind("force", &["", "1.5", "2"]), ColumnKind::Channel);
+        assert_eq!(kind("force", &["", ""]), ColumnKind::LeftOut(EMPTY));
+        assert_eq!(kind("force", &["", "?"]), ColumnKind::Text);
+        assert_eq!(kind("object", &["can", "2"]), ColumnKind::Channel, "its first cell is refused");
+        assert_eq!(kind("object", &["can", "1,5"]), ColumnKind::Text);
+        let Disguised { line, cell, form } = match kind("force", &["-", "1,5", "2,5"]) {
+            ColumnKind::Disguised(first) => first,
+            other => panic!("{other:?}"),
+        };
+        assert_eq!((line, cell.as_str(), form), (3, "1,5", NumberForm::DecimalComma));
+        assert!(matches!(kind("force", &["1 N", "12mV"]), ColumnKind::Disguised(_)));
+        assert_eq!(
+            kind("when", &["2024-05-01 12:00:00", "2024-05-01 12:00:01"]),
+            ColumnKind::Time(Clock::Seconds)
+        );
+        assert_eq!(kind("time_ms", &["2024-05-01T12:00:00Z"]), ColumnKind::Time(Clock::Seconds));
+        assert_eq!(kind("t_us", &["10"]), ColumnKind::Time(Clock::Microseconds));
+        assert_eq!(kind("time", &["0.5"]), ColumnKind::Time(Clock::Seconds));
+        assert_eq!(kind("time", &["1709281200000"]), ColumnKind::Time(Clock::Milliseconds));
+        assert_eq!(kind("time", &["1709281200000000000"]), ColumnKind::Time(Clock::Nanoseconds));
+    }
+
+    #[test]
+    fn a_counter_is_an_index_where_it_counts() {
+        for cells in [&["7", "8", "9"][..], &["0", "1", "2", "0", "1"]] {
+            assert_eq!(kind("index", cells), ColumnKind::LeftOut(INDEX_WHY), "{cells:?}");
+        }
+        for cells in [
+            &["5.1", "5.0", "5.2"][..],
+            &["1", "2"],
+            &["8", "10", "12"],
+            &["1", "2", "4"],
+            &["3", "2", "1"],
+            &["1", "1", "1"],
+        ] {
+            assert_eq!(kind("index", cells), ColumnKind::Channel, "a finger: {cells:?}");
+        }
+        assert_eq!(kind("force", &["1", "2", "3"]), ColumnKind::Channel, "by its numbers alone");
+    }
+
+    #[test]
+    fn a_line_that_numbers_the_columns_is_a_header() {
+        for (cells, is_header) in [
+            (&["0", "1", "2"][..], true),
+            (&["0", "1"], true),
+            (&["", "0", "1"], true),
+            (&["", "0"], true),
+            (&["time", "0", "1"], true),
+            (&["a", "0"], false),
+            (&["a", "1"], false),
+            (&["time", "1", "2"], true),
+            (&["1", "2", "3"], false),
+            (&["0"], false),
+            (&["0", "0"], false),
+            (&["0", "1.0"], false),
+            (&["a", "b"], false),
+        ] {
+            assert_eq!(numbers_columns(cells.iter().copied()), is_header, "{cells:?}");
+        }
+    }
+}
