@@ -57,8 +57,8 @@ fn recordings(folder: &Path, factor: f32, facts: &[(&str, Value)]) -> PathBuf {
     let (trained, path) = (TRAINED.0.path(), folder.join("here.npz"));
     let dataset = taxel::load(&trained.join("mv.npz"), &taxel::ReadOptions::default()).unwrap();
     let x = dataset.x.mapv(|value| value * factor);
-    let labels: Vec<i64> =
-        dataset.targets.labels().unwrap().values.iter().map(|label| i64::from(*label)).collect();
+    let rows: Vec<usize> = (0..dataset.len()).collect();
+    let labels: Vec<i64> = dataset.targets.labels().unwrap().of(&rows).into_iter().map(i64::from).collect();
     let mut npz = taxel::data::Npz::default();
     npz.add("x", x.shape(), x.as_slice().unwrap()).unwrap();
     npz.add("y", &[labels.len()], &labels).unwrap();

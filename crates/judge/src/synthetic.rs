@@ -92,6 +92,7 @@ pub fn synthetic(setting: &Setting, players: Vec<Player>) -> (Comparison, Judgem
                     probabilities: vec![1.0; setting.tested * outputs],
                     predicted: predicted.collect(),
                     truth,
+                    untrained: vec![],
                 },
                 test_loss: 0.0,
                 diverged: false,

@@ -5,6 +5,7 @@
 //! probabilities; [`Levels`] scores ordered attributes; [`Clusters`] gives bootstrap intervals. Precision, recall and
 //! F1 are macro means over the classes that occur among the true or the predicted labels, as `average="macro",
 //! zero_division=0` computes them: a class that is never predicted has precision 0, one that never occurs has recall 0.
+//! A class that a training part does not have is left out of the means of its fold.
 //!
 //! ```
 //! use taxel_learn::metrics::{Confusion, mean_sd};
@@ -158,14 +159,21 @@ impl Confusion {
 
     /// Computes accuracy and macro precision, recall and F1; all 0 without predictions.
     pub fn scores(&self) -> MacroScores {
+        self.scores_without(&[])
+    }
+
+    /// Computes what [`Confusion::scores`] does, with classes that were not trained left out of the macro means: a certain 0
+    /// of theirs says nothing about the network. Accuracy counts their samples as wrong.
+    pub fn scores_without(&self, untrained: &[u32]) -> MacroScores {
         let total: u64 = self.counts.iter().flatten().sum();
         let correct: u64 = self.counts.iter().enumerate().map(|(class, row)| row[class]).sum();
         let occurs = |class: usize| {
             self.counts[class].iter().any(|n| *n > 0) || self.counts.iter().any(|row| row[class] > 0)
         };
         let classes = self.per_class();
+        let counts = |class: usize| occurs(class) && !untrained.iter().any(|other| *other as usize == class);
         let seen: Vec<ClassScores> =
-            classes.iter().enumerate().filter(|(class, _)| occurs(*class)).map(|(_, s)| *s).collect();
+            classes.iter().enumerate().filter(|(class, _)| counts(*class)).map(|(_, s)| *s).collect();
         let mean = |score: fn(&ClassScores) -> f64| match seen.len() {
             0 => 0.0,
             n => seen.iter().map(score).sum::<f64>() / n as f64,

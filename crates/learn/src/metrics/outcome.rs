@@ -1,5 +1,7 @@
 //! True targets of test samples beside what was predicted.
 
+use std::collections::BTreeSet;
+
 use serde::{Deserialize, Serialize};
 use taxel_data::{Targets, Task};
 
@@ -19,6 +21,9 @@ pub enum Outcome {
         predicted: Vec<u32>,
         /// `[samples, outputs]`, row-major.
         probabilities: Vec<f32>,
+        /// Of each attribute the classes that were tested but not trained; empty where there are none.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        untrained: Vec<Vec<u32>>,
     },
     /// Values, each in its unit.
     Values {
@@ -38,8 +43,33 @@ impl Outcome {
                 truth: labels.of(rows),
                 predicted: Levels::new(&labels.sizes()).predicted(&outputs),
                 probabilities: outputs,
+                untrained: vec![],
             },
             Targets::Values(values) => Outcome::Values { truth: values.of(rows), predicted: outputs },
+        }
+    }
+
+    /// Notes the classes that have test samples but no training sample: macro means leave them out.
+    pub(crate) fn with_training(mut self, targets: &Targets, train: &[usize]) -> Self {
+        if let (Outcome::Labels { truth, untrained, .. }, Some(labels)) = (&mut self, targets.labels()) {
+            let width = labels.sizes().len();
+            let trained = labels.of(train);
+            let of = |labels: &[u32], attribute: usize| -> BTreeSet<u32> {
+                labels.iter().skip(attribute).step_by(width.max(1)).copied().collect()
+            };
+            let missing =
+                |attribute| of(truth, attribute).difference(&of(&trained, attribute)).copied().collect();
+            let each: Vec<Vec<u32>> = (0..width).map(missing).collect();
+            *untrained = if each.iter().all(Vec::is_empty) { vec![] } else { each };
+        }
+        self
+    }
+
+    /// Returns the classes of an attribute that were tested but not trained.
+    pub fn untrained(&self, attribute: usize) -> &[u32] {
+        match self {
+            Outcome::Labels { untrained, .. } => untrained.get(attribute).map_or(&[], Vec::as_slice),
+            Outcome::Values { .. } => &[],
         }
     }
 
@@ -80,7 +110,7 @@ impl Outcome {
     /// Checks that it holds predictions for `samples` samples of `task`, every label being one of the task's.
     pub fn fits(&self, task: &Task, samples: usize) -> bool {
         match (self, task) {
-            (Outcome::Labels { truth, predicted, probabilities }, Task::Classes(_) | Task::Levels(_)) => {
+            (Outcome::Labels { truth, predicted, probabilities, .. }, Task::Classes(_) | Task::Levels(_)) => {
                 let sizes: Vec<usize> =
                     task.attributes().iter().map(|attribute| attribute.classes.len()).collect();
                 let known = |labels: &[u32]| {

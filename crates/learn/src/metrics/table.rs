@@ -217,7 +217,10 @@ fn macro_mean(task: &Task, outcome: &Outcome, score: fn(&MacroScores) -> f64) ->
     let levels = Levels::of_task(task);
     let (truth, predicted) = outcome.labels();
     let each = levels.scores(truth, predicted)?;
-    let sum: f64 = each.iter().map(|attribute| score(&attribute.scores)).sum();
+    let of_one = |(at, attribute): (usize, &LevelScores)| {
+        score(&attribute.confusion.scores_without(outcome.untrained(at)))
+    };
+    let sum: f64 = each.iter().enumerate().map(of_one).sum();
     Ok(100.0 * (sum / each.len().max(1) as f64))
 }
 
@@ -226,11 +229,13 @@ fn macro_mean(task: &Task, outcome: &Outcome, score: fn(&MacroScores) -> f64) ->
 fn balanced_accuracy(task: &Task, outcome: &Outcome) -> Result<f64> {
     let (truth, predicted) = outcome.labels();
     let each = Levels::of_task(task).scores(truth, predicted)?;
-    let of_one = |attribute: &LevelScores| {
-        let present = attribute.per_level.iter().filter(|class| class.support > 0);
-        mean_sd(&present.map(|class| class.recall).collect::<Vec<_>>()).0
+    let of_one = |(at, attribute): (usize, &LevelScores)| {
+        let trained = |class: &usize| !outcome.untrained(at).iter().any(|other| *other as usize == *class);
+        let classes = attribute.per_level.iter().enumerate();
+        let present = classes.filter(|(class, scores)| scores.support > 0 && trained(class));
+        mean_sd(&present.map(|(_, scores)| scores.recall).collect::<Vec<_>>()).0
     };
-    Ok(100.0 * mean_sd(&each.iter().map(of_one).collect::<Vec<_>>()).0)
+    Ok(100.0 * mean_sd(&each.iter().enumerate().map(of_one).collect::<Vec<_>>()).0)
 }
 
 /// Returns the calibration error and the Brier score.
@@ -332,6 +337,27 @@ mod tests {
         let metric = Metric::named(&targets.task(), "balanced_accuracy").unwrap();
         // sklearn.metrics.balanced_accuracy_score of the example in its docs.
         assert!((metric.of(&targets.task(), &outcome).unwrap() - 62.5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_class_without_training_samples_is_no_0_in_macro_means() {
+        let names = ["a".to_string(), "b".into(), "c".into()];
+        // The last two samples are the training part: it has no sample of c.
+        let targets = Targets::classes(&names, &[0, 1, 2, 0, 1]);
+        let says = |class: u32| [0, 1, 2].map(|other| if other == class { 1.0 } else { 0.0 });
+        let outcome = Outcome::new(&targets, &[0, 1, 2], [0, 1, 0].map(says).concat());
+        let task = targets.task();
+        let value =
+            |outcome: &Outcome, name: &str| Metric::named(&task, name).unwrap().of(&task, outcome).unwrap();
+        assert!((value(&outcome, "recall") - 200.0 / 3.0).abs() < 1e-12);
+        let outcome = outcome.with_training(&targets, &[3, 4]);
+        assert_eq!(outcome.untrained(0), [2]);
+        assert_eq!((value(&outcome, "recall"), value(&outcome, "balanced_accuracy")), (100.0, 100.0));
+        assert_eq!(
+            (value(&outcome, "precision"), value(&outcome, "f1")),
+            (75.0, (200.0 / 3.0 + 100.0) / 2.0)
+        );
+        assert!((value(&outcome, "accuracy") - 200.0 / 3.0).abs() < 1e-12, "its samples are wrong answers");
     }
 
     #[test]

@@ -172,7 +172,7 @@ impl Outcomes {
         let mut all = Outcomes::default();
         for record in records {
             match &record.outcome {
-                Outcome::Labels { truth, predicted, probabilities } => {
+                Outcome::Labels { truth, predicted, probabilities, .. } => {
                     all.labels[0].extend(truth);
                     all.labels[1].extend(predicted);
                     all.probabilities.extend(probabilities);

@@ -161,7 +161,8 @@ fn one(
     let start = Instant::now();
     let outputs = predictor.predict_encoded(&inputs)?;
     let test_seconds = start.elapsed().as_secs_f64();
-    let outcome = Outcome::new(&dataset.targets, &float.index, outputs);
+    let outcome =
+        Outcome::new(&dataset.targets, &float.index, outputs).with_training(&dataset.targets, train);
     let record = FoldRecord {
         key: key.clone(),
         model: Some(model.write(&folder.model_path(&key))?),

@@ -154,7 +154,8 @@ impl FoldRecord {
             model: None,
             train_samples: fold.train.len(),
             index: fold.test.clone(),
-            outcome: Outcome::new(&dataset.targets, &fold.test, outputs),
+            outcome: Outcome::new(&dataset.targets, &fold.test, outputs)
+                .with_training(&dataset.targets, &fold.train),
             test_loss,
             diverged: false,
             chosen: None,
