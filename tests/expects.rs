@@ -1,4 +1,4 @@
-//! What a model expects of recordings: unit, rate, full scale, layout and the range of each channel.
+//! Compares recordings with what a model expects of them: unit, rate, full scale, layout and the range of each channel.
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
@@ -19,7 +19,8 @@ static TRAINED: LazyLock<(TempDir, PathBuf)> = LazyLock::new(|| {
         &at("mv.classes.json"),
         &[("unit", json!("mV")), ("rate", json!(100.0)), ("full_scale", json!(1023.0))],
     );
-    let config = "name = \"c\"\nbaselines = [\"k-nn\"]\n[data]\npath = \"mv.npz\"\n";
+    let config =
+        "name = \"c\"\nbaselines = [\"k-nn\"]\n[data]\npath = \"mv.npz\"\n[[networks]]\nname = \"mlp\"\n";
     fs::write(at("c.toml"), config).unwrap();
     let model = at("m.safetensors");
     run(&["fit", text(&at("c.toml")), "--network", "k-nn", "--output", text(&model)]);
