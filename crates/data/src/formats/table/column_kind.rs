@@ -8,7 +8,7 @@ use crate::formats::table::number_form::{NumberForm, is_missing};
 use crate::formats::table::options::Clock;
 use crate::formats::table::time_text;
 
-/// What a column is.
+/// The kind of a column.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum ColumnKind {
     Time(Clock),
@@ -30,6 +30,8 @@ pub(crate) struct Disguised {
 
 /// Fewest rows that show that a counter counts.
 const COUNTED: usize = 3;
+/// A counter leaps once in so many rows at most.
+const LEAPS: usize = 5;
 /// Letters of a cell that a message shows.
 const SHOWN: usize = 40;
 /// Why a column without a cell is no channel.
@@ -98,7 +100,7 @@ impl ColumnCells {
         match self.name {
             ColumnName::LeftOut(_) => false,
             ColumnName::Time(_) => self.numbers + self.texts == 0,
-            ColumnName::Counter => self.numbers == 0 || self.counter.counts,
+            ColumnName::Counter => self.numbers == 0 || self.counter.is_open(),
             ColumnName::Open => self.numbers == 0,
         }
     }
@@ -156,42 +158,53 @@ pub fn numbers_columns<'c>(cells: impl Iterator<Item = &'c str>) -> bool {
     }
 }
 
-/// Watches whether numbers count up by one, perhaps from their beginning again.
+/// Watches whether numbers count up by one: from their beginning again, or with a few leaps where other recordings begin or
+/// rows are lost.
 #[derive(Debug)]
 struct Counter {
     first: f64,
     last: f64,
-    /// It went up once.
-    has_risen: bool,
     count: usize,
-    /// Nothing has contradicted it so far.
-    counts: bool,
+    /// Number of steps by one.
+    rises: usize,
+    is_whole: bool,
+    /// All other steps lead back to the first number.
+    is_exact: bool,
 }
 
 impl Default for Counter {
     fn default() -> Self {
-        Self { first: 0.0, last: 0.0, has_risen: false, count: 0, counts: true }
+        Self { first: 0.0, last: 0.0, count: 0, rises: 0, is_whole: true, is_exact: true }
     }
 }
 
 impl Counter {
     fn add(&mut self, number: f64) {
-        if !self.counts {
-            return;
-        }
+        self.is_whole &= number.fract() == 0.0;
         if self.count == 0 {
-            (self.first, self.counts) = (number, number.fract() == 0.0);
+            self.first = number;
+        } else if number - self.last == 1.0 {
+            self.rises += 1;
         } else {
-            let rises = number - self.last == 1.0;
-            self.counts = rises || self.has_risen && number == self.first;
-            self.has_risen |= rises;
+            self.is_exact &= self.rises > 0 && number == self.first;
         }
         self.last = number;
         self.count += 1;
     }
 
+    /// Counts the steps that are not by one.
+    fn leaps(&self) -> usize {
+        self.count.saturating_sub(1 + self.rises)
+    }
+
+    /// Checks whether further numbers may make it an index.
+    fn is_open(&self) -> bool {
+        self.is_whole && (self.is_exact || self.count < LEAPS || self.leaps() <= self.rises)
+    }
+
     fn is_index(&self) -> bool {
-        self.counts && self.count >= COUNTED
+        let is_mostly = LEAPS * self.leaps() <= self.count;
+        self.is_whole && self.count >= COUNTED && (self.is_exact || is_mostly)
     }
 }
 
@@ -233,7 +246,12 @@ mod tests {
 
     #[test]
     fn a_counter_is_an_index_where_it_counts() {
-        for cells in [&["7", "8", "9"][..], &["0", "1", "2", "0", "1"]] {
+        for cells in [
+            &["7", "8", "9"][..],
+            &["0", "1", "2", "0", "1"],
+            &["0", "1", "2", "3", "4", "9", "10", "11", "12", "13"],
+            &["1", "2", "3", "4", "6", "7", "8"],
+        ] {
             assert_eq!(kind("index", cells), ColumnKind::LeftOut(INDEX_WHY), "{cells:?}");
         }
         for cells in [
@@ -241,6 +259,7 @@ mod tests {
             &["1", "2"],
             &["8", "10", "12"],
             &["1", "2", "4"],
+            &["0", "1", "2", "0", "1", "2", "5"],
             &["3", "2", "1"],
             &["1", "1", "1"],
         ] {
