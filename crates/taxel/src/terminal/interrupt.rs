@@ -9,6 +9,7 @@ use super::messages::note;
 /// Exit code after Ctrl-C, as shells have it.
 pub const INTERRUPTED: u8 = 130;
 /// Time that work may take to be saved after the first signal.
+#[cfg(feature = "lab")]
 pub const GRACE: Duration = Duration::from_secs(20);
 
 /// Returns a flag that Ctrl-C (or SIGTERM) sets; a second one does not wait for the current batch.
