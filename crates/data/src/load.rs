@@ -7,7 +7,7 @@ use crate::dataset::digest::hash_row;
 use crate::dataset::one_hot::LabelForm;
 use crate::dataset::raw::Raw;
 use crate::formats::bag::path::is_bag;
-use crate::formats::ucr::names_pair;
+use crate::formats::ucr::ucr::names_pair;
 use crate::formats::{READERS, npy_file};
 use crate::options::{ReadOptions, refuse_set};
 use crate::reader::{Place, Purpose};
