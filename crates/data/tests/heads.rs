@@ -206,3 +206,19 @@ fn an_arff_without_one_class_is_refused_by_its_attributes() {
     let beside = format!("{relation}{number}");
     assert!(refused(arff(&beside, "'1,2',x,3\n")).contains("a relational attribute beside others (R, t0)"));
 }
+
+#[test]
+fn a_file_without_its_partner_is_refused_by_the_missing_name() {
+    let folder = tempdir().unwrap();
+    let text = format!("{HEAD}{CASES}");
+    files(folder.path(), &[("one/P.ts", &text), ("two/P_TRAIN.ts", &text)]);
+    for (path, missing) in [
+        ("one/P.ts", "P_TRAIN.ts and P_TEST.ts"),
+        ("one", "P_TRAIN.ts and P_TEST.ts"),
+        ("two/P_TRAIN.ts", "P_TEST.ts"),
+        ("two", "P_TEST.ts"),
+    ] {
+        let message = refused(load(&folder.path().join(path), &ReadOptions::default()));
+        assert!(message.contains(&format!("alone is no data set, and there is no {missing};")), "{message}");
+    }
+}

@@ -349,3 +349,14 @@ fn folders_that_are_no_split_are_classes_or_refused_by_name() {
     ];
     assert_eq!(classes(&list), ["test", "train"]);
 }
+
+#[test]
+fn bytes_in_arrays_that_are_no_text_do_not_merge() {
+    let folder = tempdir().unwrap();
+    let arrays = [
+        ("x", common::f32s(&[3, 2], &[1.0; 6])),
+        ("y", common::npy("|S4", false, &[3], b"caf\xe8caf\xe9tea\0")),
+    ];
+    let message = refused(&common::npz(folder.path(), &arrays));
+    assert!(message.contains("is not UTF-8; save it as str (dtype U)"), "{message}");
+}

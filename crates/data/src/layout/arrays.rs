@@ -1,6 +1,6 @@
 //! Samples, labels and groups by name, from a file of named arrays.
 
-use crate::dataset::labels::{by_name, group_numbers, mark_of};
+use crate::dataset::labels::{as_values, by_name, group_numbers, mark_of};
 use crate::dataset::one_hot::class_of;
 use crate::dataset::raw::{NamedColumn, Names, Raw, SampleFacts, name_of};
 use crate::dataset::spec_of::likeliest_layout;
@@ -63,15 +63,9 @@ impl Reader for ArrayFile {
         let ReadSamples { x, dtype, origins, official } =
             read_samples(archive, &roles.x, facts.layout, options)?;
         let origins = given_origins(&facts, &file, origins)?;
-        // Who names classes or attributes means labels, however they are stored.
-        let is_labelled = names.is_some() || options.attribute.is_some() || !options.attributes.is_empty();
-        let values = match &roles.y {
-            Some(arrays) if !is_labelled => read_values(archive, arrays, &facts, &options.limits)?,
-            _ => None,
-        };
-        let labels = match roles.y.as_ref().filter(|_| values.is_none()) {
-            Some(arrays) => read_labels(archive, arrays, names.as_ref(), options, x.len())?,
-            None => StoredLabels { values: vec![], columns: 1, names: None },
+        let (labels, values) = match &roles.y {
+            Some(arrays) => read_targets(archive, arrays, (names.as_ref(), &facts), options, x.len())?,
+            None => (StoredLabels::default(), None),
         };
         let groups = read_groups(archive, &roles, options)?;
         let official = official.map_or_else(|| read_official(archive, options), |marks| Ok(Some(marks)))?;
@@ -268,6 +262,30 @@ fn read_samples(
     }
 }
 
+/// Reads labels or, in their place, values.
+fn read_targets(
+    archive: &mut Archive,
+    arrays: &[String],
+    (names, facts): (Option<&Names>, &SampleFacts),
+    options: &ReadOptions,
+    samples: usize,
+) -> Result<(StoredLabels, Option<Values>)> {
+    // Who names classes or attributes means labels, however they are stored.
+    let is_labelled = names.is_some() || options.attribute.is_some() || !options.attributes.is_empty();
+    if is_labelled {
+        return Ok((read_labels(archive, arrays, names, options, samples)?, None));
+    }
+    if let Some(values) = read_values(archive, arrays, facts, &options.limits)? {
+        return Ok((StoredLabels::default(), Some(values)));
+    }
+    let labels = read_labels(archive, arrays, names, options, samples)?;
+    let one = labels.names.as_ref().filter(|_| labels.columns == 1);
+    let Some(numbers) = one.and_then(|names| as_values(&names.columns[0])) else { return Ok((labels, None)) };
+    let values = labels.values.iter().map(|label| numbers[*label as usize]).collect();
+    let quantities = names_file::quantities(facts, &arrays.join(" with "), 1)?;
+    Ok((StoredLabels::default(), Some(Values::new(quantities, values))))
+}
+
 /// Reads targets that are stored as floats; none where they are stored otherwise or are one-hot. MATLAB stores labels
 /// as floats too: there they are labels.
 fn read_values(
@@ -309,6 +327,13 @@ pub(crate) struct StoredLabels {
     pub values: Vec<i64>,
     columns: usize,
     names: Option<Names>,
+}
+
+impl Default for StoredLabels {
+    /// Returns no labels, in one column.
+    fn default() -> Self {
+        Self { values: vec![], columns: 1, names: None }
+    }
 }
 
 fn read_labels(

@@ -5,6 +5,7 @@ use crate::dataset::raw::Raw;
 use crate::dataset::targets::Values;
 use crate::formats::bag::names;
 use crate::formats::bag::path::is_bag;
+use crate::formats::ucr::ucr::without_partner;
 use crate::layout::class_folders;
 use crate::layout::files;
 use crate::layout::label_table::{self, LABELS};
@@ -112,8 +113,9 @@ fn refuse(place: &Place, top: &Listing, options: &ReadOptions) -> Error {
         .filter(|path| is_set(path))
         .filter_map(|path| Some(path.file_name()?.to_string_lossy().into_owned()))
         .collect();
+    let lone = || top.files.iter().find_map(|path| without_partner(path));
     let hint = match sets.as_slice() {
-        [] => String::new(),
+        [] => lone().map_or(String::new(), |why| format!(": {why}")),
         names => format!("; give one of {}", names.join(", ")),
     };
     Error::file(file, format!("holds neither data.npz nor class folders{hint}"))

@@ -3,6 +3,7 @@
 use crate::dataset::labels::{as_values, by_name, values_said};
 use crate::dataset::raw::{DATA, Names, Raw};
 use crate::dataset::targets::Values;
+use crate::ending::has_ending;
 use crate::formats::text::read_text;
 use crate::formats::ucr::case::{Case, CaseTargets};
 use crate::formats::ucr::{arff, plain, ts};
@@ -47,6 +48,19 @@ impl Reader for Ucr {
 /// Checks whether a path names the two files of a data set without their endings: `GunPoint`.
 pub(crate) fn names_pair(path: &Path) -> bool {
     find(path).is_some()
+}
+
+/// Says which file is missing beside a `.ts` or `.arff` that is one of two.
+pub(crate) fn without_partner(path: &Path) -> Option<String> {
+    let ending = ["ts", "arff"].into_iter().find(|ending| has_ending(path, &[ending]))?;
+    let stem = path.file_stem()?.to_str()?;
+    let missing = match (stem.strip_suffix("_TRAIN"), stem.strip_suffix("_TEST")) {
+        (Some(name), _) => format!("{name}_TEST.{ending}"),
+        (_, Some(name)) => format!("{name}_TRAIN.{ending}"),
+        _ => format!("{stem}_TRAIN.{ending} and {stem}_TEST.{ending}"),
+    };
+    let two = "a set is two files, one to train on and one to test on";
+    Some(format!("a .{ending} file alone is no data set, and there is no {missing}; {two}"))
 }
 
 /// The two files of a data set, and its name.
