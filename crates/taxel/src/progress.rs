@@ -38,6 +38,6 @@ impl Progress for IndicatifProgress {
     }
 
     fn say(&self, line: &str) {
-        self.bar.suspend(|| eprintln!("{line}"));
+        self.bar.suspend(|| eprintln!("{}", taxel_base::printable(line)));
     }
 }
