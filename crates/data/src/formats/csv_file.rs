@@ -1,6 +1,7 @@
 //! Reads one CSV recording: rows are time, columns channels.
 
-use crate::formats::text::{csv_reader, read_text, without_mark};
+use crate::formats::csv_text::CsvText;
+use crate::formats::text::csv_reader;
 use crate::options::ReadOptions;
 use crate::reader::{FileFormat, Format, Sample};
 use crate::{Error, Result};
@@ -33,18 +34,18 @@ impl FileFormat for Csv {
     }
 
     fn read(&self, path: &Path, options: &ReadOptions) -> Result<Sample> {
-        let text = read_text(path, &options.limits)?;
-        read(&text, &path.display().to_string(), options.limits.max_values)
+        let table = CsvText::read(path, &options.limits)?;
+        read(&table, &path.display().to_string(), options.limits.max_values)
     }
 }
 
-/// Reads `text` as one sample `[channels, time]`.
+/// Reads a `table` as one sample `[channels, time]`.
 ///
-/// Columns are separated by commas. A first row without any number is a header. `file` is for
+/// Columns are separated by commas, or as the file says (`sep=;`). A first row without any number is a header. `file` is for
 /// messages, `limit` the most values allowed.
-fn read(text: &str, file: &str, limit: u64) -> Result<Sample> {
-    let text = without_mark(text);
-    let mut reader = csv_reader(text, b',', false);
+fn read(table: &CsvText, file: &str, limit: u64) -> Result<Sample> {
+    let text = &table.text;
+    let mut reader = csv_reader(text, table.said.unwrap_or(b','), false);
     let (mut first_line, mut width, mut rows) = (0, None, 0);
     let mut channel_names = vec![];
     // Row after row as read; turned to one channel after the other below.
@@ -128,7 +129,7 @@ mod tests {
     use super::*;
 
     fn refused(text: &str) -> String {
-        read(text, "a.csv", 100).err().unwrap().to_string()
+        read(&CsvText::of(text.into()).unwrap(), "a.csv", 100).err().unwrap().to_string()
     }
 
     #[test]
@@ -138,10 +139,11 @@ mod tests {
             "1,2\n3,4\n5,6.5\n",
             "1 , 2\r\n3,4\r\n\r\n5,6.5",
             "thumb,index\n1,2\n3,4\n5,6.5",
-            "\u{feff}1,2\n3,4\n5,0.65e1",
+            "sep=;\n1;2\n3;4\n5;0.65e1",
+            "thumb,index,\n1,2,\n3,4,\n5,6.5,\n",
             "\"t,0\",i\n1,2\n3,4\n5,6.5",
         ] {
-            let sample = read(text, "a.csv", 6).unwrap();
+            let sample = read(&CsvText::of(text.into()).unwrap(), "a.csv", 6).unwrap();
             assert_eq!((sample.shape, sample.values), want, "{text:?}");
         }
     }

@@ -1,9 +1,11 @@
 //! Reads the cells of a table in CSV or Parquet, with the place of each for messages.
 
+use crate::dataset::labels::mark_of;
 use crate::formats::csv_file;
+use crate::formats::csv_text::CsvText;
 #[cfg(feature = "parquet")]
 use crate::formats::parquet_file::ParquetFile;
-use crate::formats::text::{csv_reader, read_text, without_mark};
+use crate::formats::text::csv_reader;
 use crate::options::Limits;
 use crate::{Error, Result};
 use std::path::Path;
@@ -68,12 +70,9 @@ impl TableText {
     /// Opens a table that is text.
     pub fn of_csv(path: &Path, limits: &Limits) -> Result<Self> {
         let file = path.display().to_string();
-        let mut text = read_text(path, limits)?;
-        text.drain(..text.len() - without_mark(&text).len());
-        let first = text.lines().find(|line| !line.trim().is_empty()).unwrap_or_default();
-        let count = |separator: &u8| first.bytes().filter(|byte| byte == separator).count();
-        // The last of several that are equally frequent: the comma.
-        let separator = [b'\t', b';', b','].into_iter().max_by_key(count).unwrap_or(b',');
+        let table = CsvText::read(path, limits)?;
+        let separator = table.separator();
+        let text = table.text;
         let mut header = csv::StringRecord::new();
         let is_there =
             csv_reader(&text, separator, false).read_record(&mut header).map_err(Error::csv(&file))?;
@@ -194,12 +193,11 @@ impl TableRow<'_> {
     /// Reads a mark of a sample to test on: a whole number, or `train` and `test`.
     pub fn mark(&self, at: usize) -> Result<i64> {
         let text = self.text(at);
-        match (text.parse::<i64>(), text.to_lowercase().as_str()) {
-            (Ok(mark), _) => Ok(mark),
-            (_, "train" | "training" | "false") => Ok(0),
-            (_, "test" | "testing" | "true") => Ok(1),
-            _ => Err(self.refuse(at, "is no mark; write 0 or train, and 1 or test")),
-        }
+        let whole = text.parse::<f64>().ok().filter(|mark| mark.fract() == 0.0).map(|mark| mark as i64);
+        let number = text.parse().ok().or(whole);
+        number
+            .or_else(|| mark_of(text))
+            .ok_or_else(|| self.refuse(at, "is no mark; write 0 or train, and 1 or test"))
     }
 
     fn no_number(&self, at: usize) -> Error {
