@@ -4,6 +4,8 @@ use std::fmt::{self, Display};
 use std::io;
 use std::path::Path;
 
+use crate::printable::printable;
+
 /// A file or folder that cannot be used as asked: `file: place: reason`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FileError {
@@ -52,6 +54,8 @@ impl FileError {
 impl Display for FileError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let FileError { file, place, reason, .. } = self;
+        // Names out of files go to terminals.
+        let [file, place, reason] = [file, place, reason].map(|text| printable(text));
         if place.is_empty() { write!(f, "{file}: {reason}") } else { write!(f, "{file}: {place}: {reason}") }
     }
 }
@@ -84,5 +88,7 @@ mod tests {
         assert_eq!(reason(&io::Error::from(io::ErrorKind::PermissionDenied)), "permission denied");
         let error = FileError::io(file, "read", &io::Error::from(io::ErrorKind::PermissionDenied));
         assert_eq!(error.to_string(), "runs/a.csv: cannot be read: permission denied");
+        let error = FileError::new(Path::new("a\u{1b}[2J.csv"), "has columns x\u{7}, y").at("line\r1");
+        assert_eq!(error.to_string(), "a\\u001b[2J.csv: line\\u000d1: has columns x\\u0007, y");
     }
 }

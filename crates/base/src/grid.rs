@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use crate::printable::spreadsheet_text;
+
 /// The side of a column on which its texts stand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Align {
@@ -93,7 +95,8 @@ impl Grid {
         text
     }
 
-    /// Writes the table as comma-separated values with a line of heads (RFC 4180, but with `\n`).
+    /// Writes the table as comma-separated values with a line of heads (RFC 4180, but with `\n`). Cells that a spreadsheet
+    /// would run are texts ([`spreadsheet_text`]).
     pub fn csv(&self) -> String {
         let line = |cells: &mut dyn Iterator<Item = &str>| {
             let cells: Vec<String> = cells.map(csv_field).collect();
@@ -137,10 +140,11 @@ pub fn markdown_text(text: &str) -> String {
 }
 
 fn csv_field(text: &str) -> String {
+    let text = spreadsheet_text(text);
     if text.contains(['"', ',', '\n', '\r']) {
         return format!("\"{}\"", text.replace('"', "\"\""));
     }
-    text.into()
+    text.into_owned()
 }
 
 #[cfg(test)]
@@ -168,6 +172,9 @@ mod tests {
         let mut one = Grid::new().left("one");
         one.row([""]);
         assert_eq!(one.csv(), "one\n\"\"\n");
+        let mut formulas = Grid::new().left("+a").left("b");
+        formulas.row(["=HYPERLINK(\"x\")", "-1.5"]);
+        assert_eq!(formulas.csv(), "'+a,b\n\"'=HYPERLINK(\"\"x\"\")\",-1.5\n");
     }
 
     #[test]

@@ -6,6 +6,7 @@
 //! - [`seed`] gives one generator for each seed and purpose.
 //! - [`quiet`] catches panics of foreign readers.
 //! - [`Grid`] prints a table of texts, [`thousands`] a large number.
+//! - [`printable`] makes foreign texts safe for a terminal, [`spreadsheet_text`] for a spreadsheet.
 //! - [`problem`] refuses settings outside their range.
 //! - [`Layout`] says what the axes of one raw sample are.
 //!
@@ -25,6 +26,7 @@ mod grid;
 mod layout;
 pub mod names;
 mod numbers;
+mod printable;
 pub mod problem;
 pub mod quiet;
 pub mod seed;
@@ -33,4 +35,5 @@ pub use file_error::{FileError, reason};
 pub use grid::{Align, Grid, markdown_text};
 pub use layout::{Layout, UnknownLayout};
 pub use numbers::thousands;
+pub use printable::{printable, spreadsheet_text};
 pub use problem::Problem;

@@ -46,6 +46,9 @@ pub enum Cause {
         /// Its type in the file.
         dtype: String,
     },
+    /// A value that is not finite, or a variance below 0.
+    #[error(transparent)]
+    Unsound(Box<taxel_graph::Error>),
     /// A graph that is none, or another than the tensors are of.
     #[error("its network cannot be read: {0}")]
     Network(String),

@@ -51,13 +51,22 @@ impl FileType {
 /// `f32`; PyTorch's `num_batches_tracked` is let pass.
 ///
 /// # Errors
-/// A file that is missing, broken or of another kind, and tensors that are not floating point.
+/// A file that is missing, broken or of another kind, and tensors that are not floating point. Of a file that taxel did not
+/// write also values that are not finite, and variances below 0.
 pub fn read(path: &Path) -> Result<(Weights, Option<String>)> {
     let weights = || match FileType::of(path)? {
         FileType::Safetensors => from_bytes(&read_bytes(path)?),
         FileType::Pth => Ok((read_pth(path)?, None)),
     };
-    weights().map_err(|cause| Error::new(path, cause))
+    let sound = || -> std::result::Result<_, Cause> {
+        let (weights, text) = weights()?;
+        // What taxel wrote is read as it was, so that a diverged training can be looked at.
+        if text.is_none() {
+            weights.refuse_unsound().map_err(|error| Cause::Unsound(error.into()))?;
+        }
+        Ok((weights, text))
+    };
+    sound().map_err(|cause| Error::new(path, cause))
 }
 
 /// Reads the text that [`write()`] kept in a `.safetensors`, from the file's header alone; none in other files.

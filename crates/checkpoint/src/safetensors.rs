@@ -97,7 +97,8 @@ fn whole(header: &Metadata, values: &[u8], name: &str, bytes: &[u8]) -> Option<V
     Some(together(&bytes, &given))
 }
 
-fn floats(dtype: Dtype, bytes: &[u8]) -> Option<Vec<f32>> {
+/// Decodes numbers; none of another type than floats.
+pub(crate) fn floats(dtype: Dtype, bytes: &[u8]) -> Option<Vec<f32>> {
     let halves = || bytes.as_chunks().0.iter();
     Some(match dtype {
         Dtype::F32 => bytes.as_chunks().0.iter().map(|b| f32::from_le_bytes(*b)).collect(),

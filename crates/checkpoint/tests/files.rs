@@ -130,3 +130,47 @@ fn a_tensor_that_does_not_fill_its_shape_is_not_written() {
         assert!(matches!(to_bytes(&weights, ""), Err(Cause::Shape { values: 3, .. })));
     }
 }
+
+/// A file that taxel did not write, with one tensor of three values.
+fn foreign(name: &str, values: [f32; 3]) -> Vec<u8> {
+    let header = format!(r#"{{"{name}":{{"dtype":"F32","shape":[3,1],"data_offsets":[0,12]}}}}"#);
+    let values = values.iter().flat_map(|value| value.to_le_bytes());
+    (header.len() as u64).to_le_bytes().into_iter().chain(header.bytes()).chain(values).collect()
+}
+
+#[test]
+fn values_that_no_training_gives_are_refused_by_tensor() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("w.safetensors");
+    for (name, values, why) in [
+        ("a.weight", [0.5, f32::NAN, 1.0], Some("tensor `a.weight` is NaN at [1, 0]; the training diverged")),
+        ("a.bias", [f32::NEG_INFINITY, 0.0, 1.0], Some("tensor `a.bias` is -inf at [0, 0]")),
+        (
+            "bn.running_var",
+            [0.5, 0.0, -1e-3],
+            Some("tensor `bn.running_var` is -0.001 at [2, 0], a variance below 0"),
+        ),
+        ("bn.running_mean", [0.5, 0.0, -1e-3], None),
+    ] {
+        fs::write(&path, foreign(name, values)).unwrap();
+        match why {
+            Some(why) => assert!(refusal(&path).contains(why), "{}", refusal(&path)),
+            None => assert!(read(&path).is_ok()),
+        }
+    }
+}
+
+#[test]
+fn names_with_a_prefix_of_a_wrapper_say_it() {
+    for prefix in ["module.", "_orig_mod.", "_orig_mod.module.", "net."] {
+        let mut weights = Weights::new();
+        expected()
+            .iter()
+            .for_each(|(name, tensor)| weights.insert(&format!("{prefix}{name}"), tensor.clone()));
+        let first = expected().iter().next().unwrap().0.to_string();
+        let message = weights.check(&common::graph()).unwrap_err().to_string();
+        assert!(message.contains(&format!("`{first}` is missing")), "{message}");
+        assert!(message.contains(&format!("The file has it as `{prefix}{first}`")), "{message}");
+        assert!(message.contains(&format!("k.removeprefix(\"{prefix}\")")), "{message}");
+    }
+}

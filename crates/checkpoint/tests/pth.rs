@@ -19,6 +19,17 @@ fn a_state_dict_is_read() {
     assert!(names.is_sorted(), "the reader keeps no order of its own: {names:?}");
 }
 
+/// `scripts/fixtures/strided_pth.py` writes the file: channels_last, a transposed tensor, and a part of one.
+#[test]
+fn values_are_read_in_the_order_of_their_strides() {
+    let (weights, _) = read(&file("strided.pth")).unwrap();
+    for (name, shape) in [("x", &[2, 3, 2, 2][..]), ("turned", &[3, 2]), ("part", &[2, 2])] {
+        let tensor = weights.get(name).unwrap();
+        let want: Vec<f32> = (0..shape.iter().product::<usize>()).map(|i| i as f32 / 8.0).collect();
+        assert_eq!((tensor.shape.as_slice(), &tensor.data), (shape, &want), "{name}");
+    }
+}
+
 #[test]
 fn what_cannot_be_read_says_how_to_fix_it() {
     let folder = tempfile::tempdir().unwrap();

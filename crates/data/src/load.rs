@@ -7,7 +7,7 @@ use crate::dataset::dataset::Dataset;
 use crate::dataset::one_hot::LabelForm;
 use crate::dataset::raw::Raw;
 use crate::formats::bag::path::{how_to_convert, is_bag};
-use crate::formats::ucr::names_pair;
+use crate::formats::ucr::ucr::{names_pair, without_partner};
 use crate::formats::{READERS, npy_file};
 use crate::options::{ReadOptions, refuse_set};
 use crate::reader::{Place, Purpose};
@@ -138,7 +138,10 @@ fn refuse(place: &Place) -> Error {
         Ok(about) if about.is_file() && (!place.needs_labels() || how_to_convert(place.path).is_some()) => {
             place.unknown_extension(file)
         }
-        Ok(_) => {
+        Ok(about) => {
+            if let Some(why) = without_partner(place.path).filter(|_| about.is_file()) {
+                return Error::file(file, why);
+            }
             let endings = place.endings(|reader| reader.reads_sets());
             let why = "with labels, or a folder with one sub-folder per class";
             Error::file(file, format!("not a data set; give a {endings} {why}"))

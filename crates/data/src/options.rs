@@ -133,11 +133,11 @@ pub struct ReadOptions {
     #[cfg_attr(feature = "clap", arg(skip))]
     #[serde(alias = "deny-contradictory", skip_serializing_if = "std::ops::Not::not")]
     pub deny_contradictory: bool,
-    /// Name of the array that marks samples for testing (not 0). Default none.
+    /// Name of the array that marks samples for testing with 1, all others with 0. Default none.
     #[cfg_attr(feature = "clap", arg(skip))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub test: Option<String>,
-    /// Tests the samples with more than this in the `test` array, in place of those that are not 0.
+    /// Tests the samples with more than this in the `test` array, in place of those marked with 1.
     #[cfg_attr(feature = "clap", arg(skip))]
     #[serde(alias = "test-above", skip_serializing_if = "Option::is_none")]
     pub test_above: Option<i64>,

@@ -62,7 +62,7 @@ fn arff_is_flat_or_relational() {
     assert_eq!((data.x.shape(), data.strata().to_vec().as_slice()), (&[3, 1, 2][..], &[0, 1, 1][..]));
     assert_eq!(data.x.as_slice().unwrap(), [1.5, 2.5, -3.0, 40.0, 5.0, 6.0]);
 
-    let relational = "@relation R\n@attribute R relational\n@attribute att0 numeric\n@attribute att1 numeric\n@end R\n\
+    let relational = "@relation R\n@attribute R relational\n@attribute att0 numeric\n@attribute att1 numeric\n@attribute att2 numeric\n@end R\n\
                       @attribute class {run,walk}\n@data\n'1,2,3\\n4,5,6',run\n\"7,8,?\\n9,10,?\",walk\n";
     let root = with(&[("R_TRAIN.arff", relational), ("R_TEST.arff", "@data\n'1,1,1\\n2,2,2',walk\n")]);
     assert!(refused(root.path(), &ReadOptions::default()).contains("recordings have 2 to 3 readings"));
@@ -147,7 +147,7 @@ fn a_table_says_label_and_group_of_each_file() {
         assert!(message.contains(why), "{table:?}: {message}");
     }
     std::fs::write(root.path().join("labels.csv"), [b'f', 0xFF]).unwrap();
-    assert!(refused(root.path(), &ReadOptions::default()).contains("labels.csv: byte 1 is not UTF-8"));
+    assert!(refused(root.path(), &ReadOptions::default()).contains("labels.csv: line 1 holds the byte"));
 }
 
 #[test]

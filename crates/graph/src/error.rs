@@ -22,7 +22,7 @@ pub enum Error {
         reason: String,
     },
     /// The graph names a tensor that the weights lack.
-    #[error("{model}: tensor `{name}` is missing; expected shape {shape:?}")]
+    #[error("{model}: tensor `{name}` is missing; expected shape {shape:?}{hint}")]
     Missing {
         /// Network name.
         model: String,
@@ -30,6 +30,16 @@ pub enum Error {
         name: String,
         /// Expected shape, PyTorch axis order.
         shape: Vec<usize>,
+        /// How to fix it, where the tensors have it under a longer name; empty otherwise.
+        hint: Box<str>,
+    },
+    /// A tensor holds a value that no training gives.
+    #[error("tensor `{name}` {reason}")]
+    Unsound {
+        /// Tensor name.
+        name: String,
+        /// The value, where it is, and how to fix it.
+        reason: String,
     },
     /// The weights hold a tensor that the graph does not name.
     #[error("{model}: tensor `{name}` is not part of this network")]

@@ -104,6 +104,7 @@ impl Weights {
                         model,
                         name: param.name.clone(),
                         shape: param.shape.clone(),
+                        hint: self.hint(&param.name).into(),
                     });
                 }
                 Some(tensor) if tensor.shape != param.shape || tensor.data.len() != param.len() => {
@@ -126,6 +127,46 @@ impl Weights {
             None => Ok(()),
         }
     }
+
+    /// Says how to name a tensor that is there under a longer name, as wrappers of PyTorch's modules save it.
+    fn hint(&self, name: &str) -> String {
+        let prefix =
+            self.names.iter().find_map(|held| held.strip_suffix(name).filter(|rest| rest.ends_with('.')));
+        prefix.map_or(String::new(), |prefix| {
+            format!(
+                ". The file has it as `{prefix}{name}`, as DataParallel (`module.`) and torch.compile (`_orig_mod.`) name \
+                 tensors: save {{k.removeprefix(\"{prefix}\"): v for k, v in model.state_dict().items()}}"
+            )
+        })
+    }
+
+    /// Refuses values that are not finite, and variances below 0, by tensor and place: a network with them predicts nothing.
+    ///
+    /// # Errors
+    /// [`Error::Unsound`] of the first such tensor.
+    pub fn refuse_unsound(&self) -> Result<()> {
+        for (name, tensor) in self.iter() {
+            let is_variance = name.ends_with("running_var");
+            let is_odd = |value: &f32| !value.is_finite() || is_variance && *value < 0.0;
+            if let Some(at) = tensor.data.iter().position(is_odd) {
+                let (value, index) = (tensor.data[at], index(&tensor.shape, at));
+                let kind = if value.is_finite() { ", a variance below 0" } else { "" };
+                let reason =
+                    format!("is {value} at {index:?}{kind}; the training diverged or the file is damaged");
+                return Err(Error::Unsound { name: name.into(), reason });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Returns the index along each axis of the `flat`-th value.
+fn index(shape: &[usize], mut flat: usize) -> Vec<usize> {
+    let mut index = vec![0; shape.len()];
+    for (place, size) in index.iter_mut().zip(shape).rev() {
+        (*place, flat) = (flat % size.max(&1), flat / size.max(&1));
+    }
+    index
 }
 
 fn draw(param: &Param, scheme: Scheme, seed: u64, purpose: &str) -> Vec<f32> {

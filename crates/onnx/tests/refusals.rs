@@ -269,3 +269,151 @@ fn constants_per_channel_are_a_z_score_a_bias_or_a_scale() {
     let scaled = [node("", "Mul", &["x", "gain"], &["last"], &[]), ones("gain", &[])];
     assert_eq!(kinds(&scaled), ["scale", "global_average_pool"]);
 }
+
+#[test]
+fn dropout_in_training_is_refused_and_switched_off_is_read() {
+    let dropout = |mode: &[u8]| {
+        model(&[
+            node("drop", "Dropout", &["x", "ratio", "mode"], &["d"], &[]),
+            tensor("ratio", 1, &[], &0.5f32.to_le_bytes()),
+            tensor("mode", 9, &[], mode),
+            node("m", "ReduceMean", &["d"], &["y"], &[ints("axes", &[2]), int("keepdims", 0)]),
+        ])
+    };
+    let text = refused(dropout(&[1]));
+    assert!(text.starts_with("node `drop` (Dropout): drops values in use too (training_mode)"), "{text}");
+    assert!(from_bytes(dropout(&[0]), "own", None).is_ok());
+}
+
+#[test]
+fn values_that_no_training_gives_are_refused_by_tensor() {
+    let raw = |values: &[f32]| values.iter().flat_map(|value| value.to_le_bytes()).collect::<Vec<u8>>();
+    let norm = |variance: f32, bias: f32| {
+        let three = |name: &str, values: &[f32]| tensor(name, 1, &[3], &raw(values));
+        model(&[
+            node(
+                "bn",
+                "BatchNormalization",
+                &["x", "bn.weight", "bn.bias", "bn.running_mean", "bn.running_var"],
+                &["b"],
+                &[],
+            ),
+            three("bn.weight", &[1.0; 3]),
+            three("bn.bias", &[0.0, bias, 0.0]),
+            three("bn.running_mean", &[-1.0; 3]),
+            three("bn.running_var", &[1.0, 1.0, variance]),
+            node("m", "ReduceMean", &["b"], &["y"], &[ints("axes", &[2]), int("keepdims", 0)]),
+        ])
+    };
+    assert!(from_bytes(norm(1.0, 0.0), "own", None).is_ok());
+    for (variance, bias, reason) in [
+        (-0.5, 0.0, "tensor `bn.running_var` is -0.5 at [2], a variance below 0"),
+        (1.0, f32::NAN, "tensor `bn.bias` is NaN at [1]"),
+        (f32::INFINITY, 0.0, "tensor `bn.running_var` is inf at [2]"),
+    ] {
+        let text = refused(norm(variance, bias));
+        assert!(text.contains(reason), "{text}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn a_link_out_of_the_models_folder_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let (inside, beside) = (folder.path().join("model"), folder.path().join("own.data"));
+    fs::create_dir(&inside).unwrap();
+    fs::write(&beside, [0; 150]).unwrap();
+    fs::write(inside.join("own.onnx"), outside("own.data", "6")).unwrap();
+    std::os::unix::fs::symlink(&beside, inside.join("own.data")).unwrap();
+    let text = read(&inside.join("own.onnx")).unwrap_err().to_string();
+    assert!(text.contains("tensor `w`") && text.contains("is a link out of the model's folder"), "{text}");
+    // A link that stays inside is no way out.
+    fs::rename(&beside, inside.join("there.data")).unwrap();
+    fs::remove_file(inside.join("own.data")).unwrap();
+    std::os::unix::fs::symlink("there.data", inside.join("own.data")).unwrap();
+    assert!(read(&inside.join("own.onnx")).is_ok());
+}
+
+/// The network of a model up to `last`, which is averaged over space.
+fn network(parts: &[Vec<u8>]) -> (taxel_graph::Graph, taxel_graph::Weights) {
+    let mean = node("m", "ReduceMean", &["last"], &["y"], &[ints("axes", &[2]), int("keepdims", 0)]);
+    let Imported { graph, weights, .. } = accepted(&[parts, &[mean]].concat());
+    (graph, weights)
+}
+
+fn int64s(name: &str, values: &[i64]) -> Vec<u8> {
+    let raw: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
+    tensor(name, 7, &[values.len() as u64], &raw)
+}
+
+#[test]
+fn series_that_are_pooled_as_images_of_one_row_are_pooled_as_series() {
+    for op in ["AveragePool", "MaxPool"] {
+        let direct = [node("p", op, &["x"], &["last"], &[ints("kernel_shape", &[4]), ints("strides", &[2])])];
+        let turned = |kernel: &[u64], pads: &[u64]| {
+            let pool = [ints("kernel_shape", kernel), ints("strides", &[1, 2]), ints("pads", pads)];
+            [
+                int64s("axis", &[-2]),
+                node("u", "Unsqueeze", &["x", "axis"], &["row"], &[]),
+                node("p", op, &["row"], &["pooled"], &pool),
+                node("s", "Squeeze", &["pooled", "axis"], &["last"], &[]),
+            ]
+        };
+        assert_eq!(network(&turned(&[1, 4], &[0; 4])), network(&direct), "{op}");
+        let padded = [node(
+            "p",
+            op,
+            &["x"],
+            &["last"],
+            &[ints("kernel_shape", &[4]), ints("strides", &[2]), ints("pads", &[1, 1])],
+        )];
+        assert_eq!(network(&turned(&[1, 4], &[0, 1, 0, 1])), network(&padded), "{op}");
+        let text = refused(model(&turned(&[2, 4], &[1, 0, 0, 0])));
+        assert!(text.contains("pools over an axis of one value with a kernel of more"), "{text}");
+    }
+}
+
+#[test]
+fn paddings_that_pytorchs_older_exporter_calculates_are_read() {
+    let conv = node("c", "Conv", &["p", "w"], &["last"], &[ints("dilations", &[2])]);
+    let weight = floats("w", &[4, 3, 3]);
+    let pad = |pads: &str| node("p", "Pad", &["x", pads, "zero"], &["p"], &[]);
+    let zero = tensor("zero", 1, &[], &0f32.to_le_bytes());
+    let direct =
+        [int64s("pads", &[0, 0, 4, 0, 0, 0]), zero.clone(), pad("pads"), conv.clone(), weight.clone()];
+    let value = |values: &[i64]| {
+        let raw: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
+        let tensor = [number(1, values.len() as u64), number(2, 7), field(9, &raw)].concat();
+        [field(1, b"value"), field(5, &tensor), number(20, 4)].concat()
+    };
+    let constant = |name: &str, values: &[i64]| node("", "Constant", &[], &[name], &[value(values)]);
+    let calculated = |step: i64, zeros: i64| {
+        [
+            constant("count", &[zeros]),
+            constant("given", &[4, 0]),
+            node("", "ConstantOfShape", &["count"], &["zeros"], &[value(&[0])]),
+            node("", "Concat", &["given", "zeros"], &["list"], &[int("axis", 0)]),
+            constant("pairs", &[-1, 2]),
+            node("", "Reshape", &["list", "pairs"], &["table"], &[]),
+            constant("axis", &[0]),
+            constant("start", &[-1]),
+            constant("end", &[-i64::MAX]),
+            constant("step", &[step]),
+            node("", "Slice", &["table", "start", "end", "axis", "step"], &["turned"], &[]),
+            node("", "Transpose", &["turned"], &["columns"], &[ints("perm", &[1, 0])]),
+            constant("flat", &[-1]),
+            node("", "Reshape", &["columns", "flat"], &["pads"], &[]),
+            node("", "Cast", &["pads"], &["cast"], &[int("to", 7)]),
+            zero.clone(),
+            pad("cast"),
+            conv.clone(),
+            weight.clone(),
+        ]
+    };
+    assert_eq!(network(&calculated(-1, 4)), network(&direct));
+    assert!(refused(model(&calculated(-2, 4))).contains("cuts a table of integers"));
+    assert!(refused(model(&calculated(-1, 3))).contains("makes a table [-1, 2] of a list"));
+    assert!(
+        refused(model(&calculated(-1, 1 << 40))).contains("makes integers that are no list of at most 64")
+    );
+}

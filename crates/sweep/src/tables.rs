@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use taxel_base::files::PartFile;
+use taxel_base::spreadsheet_text;
 use taxel_data::Task;
 use taxel_judge::Primary;
 use taxel_learn::metrics::metrics;
@@ -164,7 +165,8 @@ impl CsvTable {
     }
 
     fn write(&mut self, row: &[String]) -> Result<()> {
-        self.out.write_record(row).map_err(|e| Error::io(&self.path, "written", e.into()))
+        let cells = row.iter().map(|cell| spreadsheet_text(cell).into_owned());
+        self.out.write_record(cells).map_err(|e| Error::io(&self.path, "written", e.into()))
     }
 
     fn finish(self) -> Result<()> {

@@ -42,7 +42,7 @@ impl Progress for IndicatifProgress {
     fn say(&self, line: &str) {
         self.bar.suspend(|| {
             // Nobody reads it any more; the work goes on.
-            let _ = writeln!(std::io::stderr(), "{line}");
+            let _ = writeln!(std::io::stderr(), "{}", taxel_base::printable(line));
         });
     }
 }

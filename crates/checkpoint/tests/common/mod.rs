@@ -11,7 +11,8 @@ pub fn file(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name)
 }
 
-fn graph() -> Graph {
+/// Returns the network of every file.
+pub fn graph() -> Graph {
     let sizes = [("classes", 2), ("in_features", 4), ("hidden", 3)];
     let settings = sizes.into_iter().map(|(k, v)| (k.to_string(), v.into())).collect();
     taxel_zoo::find("mlp").unwrap().graph(&settings).unwrap()

@@ -3,6 +3,7 @@
 use crate::check::card::{Card, ClassCount};
 use crate::check::counting::counting;
 use crate::dataset::dataset::Dataset;
+use crate::dataset::labels::differ_in_case;
 use crate::error::plural;
 
 /// A class of fewer samples cannot fill the usual five folds.
@@ -103,6 +104,12 @@ fn of_classes(card: &Card, warnings: &mut Vec<String>) {
     let (Some(smallest), Some(largest)) = (smallest, largest) else {
         return;
     };
+    let names: Vec<String> = card.classes.iter().map(|class| class.name.clone()).collect();
+    if let Some((first, second)) = differ_in_case(&names) {
+        warnings.push(format!(
+            "classes {first:?} and {second:?} differ only in capital letters: one class of two spellings?"
+        ));
+    }
     if smallest.samples < FEW {
         warnings.push(format!(
             "class {} has {}: too few for {FEW} folds",

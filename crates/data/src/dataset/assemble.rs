@@ -11,7 +11,7 @@ use crate::dataset::rows::RecordingRows;
 use crate::dataset::source::Source;
 use crate::dataset::targets::{Targets, Values};
 use crate::dataset::validate::{
-    channels, class_names, gaps, groups, labels, official, one_class, wrong_length,
+    channels, class_names, gaps, groups, labels, official, one_class, unclear_names, wrong_length,
 };
 use crate::length::lengths::Lengths;
 use crate::length::one_length::{EqualSamples, samples};
@@ -43,6 +43,7 @@ pub(crate) fn assemble(mut raw: Raw, options: &ReadOptions) -> Result<Checked> {
     }
     let values = raw.values.take();
     let (table, classes) = numbered(&raw, values.as_ref(), options, &mut faults)?;
+    unclear_names(&raw, &classes, &mut faults);
     let groups = groups(&raw, options, &mut faults)?;
     let official = official(&raw, options, &mut faults);
     let row_hash = raw.x.hashes(channels.as_deref());

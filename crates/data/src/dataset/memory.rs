@@ -3,7 +3,7 @@
 use crate::check::duplicates;
 use crate::dataset::dataset::{Dataset, refuse_layout};
 use crate::dataset::digest::hash_rows;
-use crate::dataset::labels::by_name;
+use crate::dataset::labels::{by_name, group_numbers, refuse_unclear};
 use crate::dataset::sample_spec::SampleSpec;
 use crate::dataset::source::Source;
 use crate::dataset::targets::Targets;
@@ -21,7 +21,7 @@ impl Dataset {
     /// # Errors
     ///
     /// No samples, an empty axis, a shape that does not fit the layout, another number of labels than
-    /// samples, a value that is not finite.
+    /// samples, a value that is not finite, names of classes that look alike.
     pub fn new(name: &str, layout: Layout, x: ArrayD<f32>, labels: &[impl ToString]) -> Result<Self> {
         let at = || format!("{name}: x");
         let long = |shape: &[usize]| shape.iter().map(|axis| *axis as u64).collect();
@@ -42,6 +42,7 @@ impl Dataset {
         let spec = SampleSpec::new(layout, shape);
         let x = if x.is_standard_layout() { x } else { x.as_standard_layout().into_owned() };
         let (classes, y) = by_name(labels.iter().map(ToString::to_string).collect());
+        refuse_unclear("class", &classes).map_err(|why| Error::file(name, why))?;
         let row_hash = hash_rows(&x);
         let mut dataset = Self {
             name: name.into(),
@@ -68,12 +69,18 @@ impl Dataset {
     ///
     /// # Errors
     ///
-    /// Another number of groups than samples.
+    /// Another number of groups than samples, names of groups that look alike.
     pub fn with_groups(mut self, groups: &[impl ToString]) -> Result<Self> {
         refuse_length(&self.name, "groups", groups.len(), self.len())?;
         let names: Vec<String> = groups.iter().map(ToString::to_string).collect();
         let numbers: Option<Vec<u32>> = names.iter().map(|name| name.parse().ok()).collect();
-        self.groups = Some(numbers.unwrap_or_else(|| by_name(names).1));
+        self.groups = Some(match numbers {
+            Some(numbers) => numbers,
+            None => {
+                let numbers = group_numbers(names).map_err(|why| Error::file(&self.name, why))?;
+                numbers.into_iter().map(|number| number as u32).collect()
+            }
+        });
         self.group_name = Some("group".into());
         self.update_digest();
         Ok(self)

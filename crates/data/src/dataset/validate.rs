@@ -1,6 +1,7 @@
 //! Checks stored arrays: labels, groups, channels, values.
 
 use crate::dataset::channel_names::places;
+use crate::dataset::labels::refuse_unclear;
 use crate::dataset::problems::Problems;
 use crate::dataset::raw::{Names, Raw};
 use crate::length::ragged::Ragged;
@@ -128,6 +129,20 @@ pub(crate) fn class_names(raw: &Raw, table: &[u32]) -> Vec<Vec<String>> {
     (0..raw.columns).map(column_names).collect()
 }
 
+/// Refuses names of classes that cannot be told apart, and names of classes and channels with control characters.
+pub(crate) fn unclear_names(raw: &Raw, classes: &[Vec<String>], faults: &mut Problems) {
+    for names in classes {
+        if let Err(why) = refuse_unclear("class", names) {
+            faults.push(Error::file(&raw.file, why));
+        }
+    }
+    let steers = |name: &&String| name.chars().any(char::is_control);
+    if let Some(name) = raw.channel_names.iter().find(steers) {
+        let why = format!("the channel name {name:?} holds a control character; rename it");
+        faults.push(Error::file(&raw.file, why));
+    }
+}
+
 /// Refuses classes without a sample: their output would never be trained.
 pub(crate) fn gaps(raw: &Raw, table: &[u32], kept: &[usize], classes: &[Vec<String>], faults: &mut Problems) {
     for (column, names) in classes.iter().enumerate() {
@@ -215,6 +230,14 @@ pub(crate) fn official(raw: &Raw, options: &ReadOptions, faults: &mut Problems) 
     if values.len() != raw.x.len() {
         faults.push(wrong_length(raw, name, values.len()));
         return None;
+    }
+    let odd = values.iter().enumerate().find(|(_, value)| !(0..=1).contains(*value));
+    if let Some((row, value)) = odd.filter(|_| options.test_above.is_none()) {
+        let why = format!(
+            "{name}[{row}] = {value} is no mark: 0 is trained on and 1 tested; to test the samples above a number, say \
+             test_above"
+        );
+        faults.push(Error::file(&raw.file, why));
     }
     let is_tested = |value: &i64| options.test_above.map_or(*value != 0, |above| *value > above);
     let test: Vec<bool> = values.iter().map(is_tested).collect();

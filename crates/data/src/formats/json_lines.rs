@@ -5,7 +5,7 @@ use crate::formats::clock::Timing;
 use crate::formats::json_columns::JsonColumns;
 use crate::formats::json_time_step::TimeStep;
 use crate::formats::stamps::{Mended, Stamp, StampRule, TOO_MANY};
-use crate::formats::text::{read_text, without_mark};
+use crate::formats::text::read_text;
 use crate::formats::timed::Timed;
 use crate::layout::listing::FoundFiles;
 use crate::options::ReadOptions;
@@ -52,7 +52,7 @@ fn read(root: &Path, found: &FoundFiles, options: &ReadOptions) -> Result<Record
     let (mut set, mut origins) = (JsonSet::default(), vec![]);
     for path in &found.files {
         let text = read_text(path, &options.limits)?;
-        let file = File { name: path.display().to_string(), text: without_mark(&text) };
+        let file = File { name: path.display().to_string(), text: &text };
         set.add(&file, options)?;
         origins.push(path.strip_prefix(root).unwrap_or(path).display().to_string());
     }

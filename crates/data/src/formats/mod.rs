@@ -7,11 +7,10 @@ use crate::layout::folder::Folder;
 use crate::reader::{Format, Reader};
 
 pub(crate) mod archive;
-pub(crate) mod arff;
 pub(crate) mod bag;
-pub(crate) mod case;
 pub(crate) mod clock;
 pub(crate) mod csv_file;
+pub(crate) mod csv_text;
 #[cfg(feature = "hdf5")]
 pub(crate) mod hdf5;
 #[cfg(feature = "image")]
@@ -43,7 +42,7 @@ pub(crate) mod ucr;
 /// Every reader; the first that recognises a place reads it. Of files of one ending, sets come before single recordings.
 pub(crate) const READERS: &[&dyn Reader] = &[
     &npy_file::NpyBatch,
-    &ucr::Ucr,
+    &ucr::ucr::Ucr,
     #[cfg(feature = "parquet")]
     &crate::layout::lerobot::LeRobot,
     &npz::NPZ,

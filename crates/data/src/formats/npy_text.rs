@@ -42,10 +42,18 @@ pub(crate) fn read(header: &Header, reader: &mut dyn Read, at: &str, cap: Cap) -
         if got < size {
             return Err(Error::Truncated { at: at.into(), got: done * size as u64 + got as u64, want });
         }
-        let text = match width {
-            1 => String::from_utf8_lossy(&bytes).into_owned(),
+        let text: Option<String> = match width {
+            1 => String::from_utf8(bytes.clone()).ok(),
             _ => bytes.as_chunks::<4>().0.iter().map(|unit| character(*unit, header.big)).collect(),
         };
+        let text = text.ok_or_else(|| {
+            let seen = String::from_utf8_lossy(&bytes).into_owned();
+            let why = format!(
+                "text {done}, like {:?}, is not UTF-8; save it as str (dtype U)",
+                seen.trim_end_matches('\0')
+            );
+            Error::file(at, why)
+        })?;
         texts.push(text.trim_end_matches('\0').to_string());
     }
     if fill(reader, &mut [0], at)? != 0 {
@@ -54,7 +62,7 @@ pub(crate) fn read(header: &Header, reader: &mut dyn Read, at: &str, cap: Cap) -
     Ok(header.in_rows(texts))
 }
 
-fn character(unit: [u8; 4], big: bool) -> char {
+fn character(unit: [u8; 4], big: bool) -> Option<char> {
     let code = if big { u32::from_be_bytes(unit) } else { u32::from_le_bytes(unit) };
-    char::from_u32(code).unwrap_or(char::REPLACEMENT_CHARACTER)
+    char::from_u32(code)
 }

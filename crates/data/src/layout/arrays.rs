@@ -1,10 +1,10 @@
 //! Samples, labels and groups by name, from a file of named arrays.
 
-use crate::dataset::labels::by_name;
+use crate::dataset::labels::{as_values, by_name, group_numbers, mark_of};
 use crate::dataset::one_hot::class_of;
 use crate::dataset::raw::{NamedColumn, Names, Raw, SampleFacts, name_of};
 use crate::dataset::spec_of::likeliest_layout;
-use crate::dataset::targets::{Quantity, Values};
+use crate::dataset::targets::Values;
 use crate::formats::archive::Archive;
 use crate::formats::npy::{Cap, Header};
 use crate::formats::stored::{Column, StoredValues, column, columns, parts_differ};
@@ -63,15 +63,9 @@ impl Reader for ArrayFile {
         let ReadSamples { x, dtype, origins, official } =
             read_samples(archive, &roles.x, facts.layout, options)?;
         let origins = given_origins(&facts, &file, origins)?;
-        // Who names classes or attributes means labels, however they are stored.
-        let is_labelled = names.is_some() || options.attribute.is_some() || !options.attributes.is_empty();
-        let values = match &roles.y {
-            Some(arrays) if !is_labelled => read_values(archive, arrays, &facts, &options.limits)?,
-            _ => None,
-        };
-        let labels = match roles.y.as_ref().filter(|_| values.is_none()) {
-            Some(arrays) => read_labels(archive, arrays, names.as_ref(), options, x.len())?,
-            None => StoredLabels { values: vec![], columns: 1, names: None },
+        let (labels, values) = match &roles.y {
+            Some(arrays) => read_targets(archive, arrays, (names.as_ref(), &facts), options, x.len())?,
+            None => (StoredLabels::default(), None),
         };
         let groups = read_groups(archive, &roles, options)?;
         let official = official.map_or_else(|| read_official(archive, options), |marks| Ok(Some(marks)))?;
@@ -268,6 +262,30 @@ fn read_samples(
     }
 }
 
+/// Reads labels or, in their place, values.
+fn read_targets(
+    archive: &mut Archive,
+    arrays: &[String],
+    (names, facts): (Option<&Names>, &SampleFacts),
+    options: &ReadOptions,
+    samples: usize,
+) -> Result<(StoredLabels, Option<Values>)> {
+    // Who names classes or attributes means labels, however they are stored.
+    let is_labelled = names.is_some() || options.attribute.is_some() || !options.attributes.is_empty();
+    if is_labelled {
+        return Ok((read_labels(archive, arrays, names, options, samples)?, None));
+    }
+    if let Some(values) = read_values(archive, arrays, facts, &options.limits)? {
+        return Ok((StoredLabels::default(), Some(values)));
+    }
+    let labels = read_labels(archive, arrays, names, options, samples)?;
+    let one = labels.names.as_ref().filter(|_| labels.columns == 1);
+    let Some(numbers) = one.and_then(|names| as_values(&names.columns[0])) else { return Ok((labels, None)) };
+    let values = labels.values.iter().map(|label| numbers[*label as usize]).collect();
+    let quantities = names_file::quantities(facts, &arrays.join(" with "), 1)?;
+    Ok((StoredLabels::default(), Some(Values::new(quantities, values))))
+}
+
 /// Reads targets that are stored as floats; none where they are stored otherwise or are one-hot. MATLAB stores labels
 /// as floats too: there they are labels.
 fn read_values(
@@ -301,23 +319,7 @@ fn read_values(
     let is_one_hot = |width: usize| width > 1 && all.chunks_exact(width).all(|row| class_of(row).is_some());
     let is_values = |width: &usize| facts.quantities.is_some() || !is_one_hot(*width);
     let Some(width) = width.filter(is_values) else { return Ok(None) };
-    Ok(Some(Values::new(quantities(facts, &arrays.join(" with "), width)?, all)))
-}
-
-/// Returns the quantities of the columns of values: as the file of names says, or by the name of their array.
-fn quantities(facts: &SampleFacts, array: &str, width: usize) -> Result<Vec<Quantity>> {
-    let numbered = |i: usize| Quantity {
-        name: if width == 1 { array.to_string() } else { format!("{array}-{i}") },
-        unit: None,
-    };
-    match &facts.quantities {
-        None => Ok((0..width).map(numbered).collect()),
-        Some(named) if named.len() == width => Ok(named.clone()),
-        Some(named) => {
-            let why = format!("names {} quantities, but {array} has {width} columns", named.len());
-            Err(Error::labels_form(&facts.file, why))
-        }
-    }
+    Ok(Some(Values::new(names_file::quantities(facts, &arrays.join(" with "), width)?, all)))
 }
 
 /// Labels row by row, the number of columns, and their names where the array says them.
@@ -325,6 +327,13 @@ pub(crate) struct StoredLabels {
     pub values: Vec<i64>,
     columns: usize,
     names: Option<Names>,
+}
+
+impl Default for StoredLabels {
+    /// Returns no labels, in one column.
+    fn default() -> Self {
+        Self { values: vec![], columns: 1, names: None }
+    }
 }
 
 fn read_labels(
@@ -425,7 +434,7 @@ fn read_groups(archive: &mut Archive, roles: &Roles, options: &ReadOptions) -> R
         StoredValues::Texts(_) if options.group_block.is_some() => {
             return refuse("divides consecutive numbers, but the groups are texts; leave it out");
         }
-        StoredValues::Texts(texts) => by_name(texts).1.into_iter().map(i64::from).collect(),
+        StoredValues::Texts(texts) => group_numbers(texts).map_err(|why| Error::file(&file, why))?,
     };
     let name = options.group.clone().unwrap_or_else(|| "group".into());
     Ok(Some((name, values)))
@@ -439,13 +448,9 @@ fn read_official(archive: &mut Archive, options: &ReadOptions) -> Result<Option<
     };
     let wanted = "marks are 0 for training and 1 for testing: save them as an integer or boolean array";
     let Column { values, .. } = column(archive, std::slice::from_ref(name), "test", wanted, &options.limits)?;
-    let mark = |(row, text): (usize, String)| match text.to_lowercase().as_str() {
-        "train" | "training" => Ok(0),
-        "test" | "testing" => Ok(1),
-        _ => {
-            let why = format!("is {text:?}; marks are train and test, or 0 and 1");
-            Err(Error::file(format!("{}[{row}]", archive.at(name)), why))
-        }
+    let mark = |(row, text): (usize, String)| {
+        let why = || format!("is {text:?}; marks are train and test, or 0 and 1");
+        mark_of(&text).ok_or_else(|| Error::file(format!("{}[{row}]", archive.at(name)), why()))
     };
     let values = match values {
         StoredValues::Numbers(values) => values,

@@ -2,6 +2,7 @@
 
 use crate::dataset::raw::{Names, Raw, name_of};
 use crate::dataset::spec_of::likeliest_layout;
+use crate::dataset::targets::Values;
 use crate::error::plural;
 use crate::layout::listing::{FoundFiles, unsorted};
 use crate::length::ragged::Collected;
@@ -59,8 +60,16 @@ pub(crate) fn read(place: &Place, found: FoundFiles, options: &ReadOptions) -> R
         (groups, _) => groups,
     };
     let mut labels = found.labels;
+    let (mut official, mut values) = (found.official, found.values);
     if !recorded.frames.is_empty() {
         labels = each_frame(&labels, &recorded.frames);
+        official = official.map(|(name, marks)| (name, each_frame(&marks, &recorded.frames)));
+        values = values.map(|values| {
+            let files: Vec<i64> = (0..recorded.frames.len() as i64).collect();
+            let rows: Vec<usize> =
+                each_frame(&files, &recorded.frames).iter().map(|row| *row as usize).collect();
+            Values::new(values.quantities().to_vec(), values.of(&rows))
+        });
         let numbered = || ("recording".into(), (0..recorded.frames.len() as i64).collect());
         let (name, of_file) = groups.unwrap_or_else(numbered);
         groups = Some((name, each_frame(&of_file, &recorded.frames)));
@@ -81,8 +90,10 @@ pub(crate) fn read(place: &Place, found: FoundFiles, options: &ReadOptions) -> R
         y_name: found.labelled_by.into(),
         y: labels,
         names: Some(names),
+        values,
         facts,
         groups,
+        official,
         ignored: [found.ignored, recorded.ignored].concat(),
         read_as: [found.read_as, recorded.read_as].concat(),
         topics: recorded.topics,

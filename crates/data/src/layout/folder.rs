@@ -1,11 +1,15 @@
 //! Reads a folder of recordings, whose classes are said by a table, by folders or by names.
 
+use crate::dataset::labels::{as_values, values_said};
 use crate::dataset::raw::Raw;
+use crate::dataset::targets::Values;
 use crate::formats::bag::names;
 use crate::formats::bag::path::{how_to_convert, is_bag};
+use crate::formats::ucr::ucr::without_partner;
+use crate::layout::class_folders;
 use crate::layout::files;
 use crate::layout::label_table::{self, LABELS};
-use crate::layout::listing::{self, FoundFiles, Listing, list, unsorted};
+use crate::layout::listing::{FoundFiles, Listing, list, unsorted};
 use crate::layout::names_file::{self, NAMES};
 use crate::options::ReadOptions;
 use crate::reader::{Format, Place, Purpose, Reader};
@@ -19,8 +23,8 @@ const FORMATS: &[Format] = &[
     Format {
         name: "folder of recordings",
         endings: &[],
-        holds: "`class/file`, or `class/session/file` with the session as group; files of one format that holds one \
-                recording per file",
+        holds: "`class/file`, or `class/session/file` with the session as group, also below `train` and `test`; files of \
+                one format that holds one recording per file",
         becomes: "as that format says",
     },
     Format {
@@ -61,17 +65,32 @@ fn labelled(path: &Path, top: &Listing, options: &ReadOptions) -> Result<Option<
     } else if top.folders.is_empty() {
         None
     } else {
-        Some(listing::per_class(path, top)?)
+        Some(class_folders::per_class(path, top)?)
     };
     let Some(mut found) = found else { return Ok(None) };
     let names = path.join(NAMES);
     found.ignored.retain(|name| name != NAMES);
     let (order, facts) = names_file::of_named(&[names], &found.classes, &options.limits)?;
     found.facts = facts;
+    if order.is_none() && found.is_table {
+        set_values(&mut found, options)?;
+    }
     Ok(Some(match order {
         Some(order) => found.in_order(&order),
         None => found,
     }))
+}
+
+/// Takes labels of a table as values, where they are numbers with fractions.
+fn set_values(found: &mut FoundFiles, options: &ReadOptions) -> Result<()> {
+    let Some(values) = as_values(&found.classes) else { return Ok(()) };
+    let name = if options.names_y() { options.y() } else { "label" };
+    let quantities = names_file::quantities(&found.facts, name, 1)?;
+    found.read_as.push(values_said(&quantities[0].name));
+    let of_files = found.labels.iter().map(|label| values[*label as usize]).collect();
+    found.values = Some(Values::new(quantities, of_files));
+    (found.labels, found.classes) = (vec![], vec![]);
+    Ok(())
 }
 
 /// Says what a folder lacks, and which of its files are data sets themselves.
@@ -97,8 +116,9 @@ fn refuse(place: &Place, top: &Listing, options: &ReadOptions) -> Error {
         .filter(|path| is_set(path))
         .filter_map(|path| Some(path.file_name()?.to_string_lossy().into_owned()))
         .collect();
+    let lone = || top.files.iter().find_map(|path| without_partner(path));
     let hint = match sets.as_slice() {
-        [] => String::new(),
+        [] => lone().map_or(String::new(), |why| format!(": {why}")),
         names => format!("; give one of {}", names.join(", ")),
     };
     Error::file(file, format!("holds neither data.npz nor class folders{hint}"))

@@ -1,8 +1,9 @@
 //! Reads the table of classes of a folder of recordings: `labels.csv` with `file,label[,group]`.
 
-use crate::dataset::labels::by_name;
+use crate::dataset::labels::{by_name, group_numbers};
 use crate::formats::bag::path::is_bag;
-use crate::formats::text::{csv_reader, read_text};
+use crate::formats::csv_text::CsvText;
+use crate::formats::text::csv_reader;
 use crate::layout::listing::{FoundFiles, Listing};
 use crate::options::ReadOptions;
 use crate::{Error, Result};
@@ -27,8 +28,8 @@ pub(crate) fn read(root: &Path, top: &Listing, options: &ReadOptions) -> Result<
             format!("{why}; write a first line file,label or file,label,group and a line per recording"),
         )
     };
-    let text = read_text(&path, &options.limits)?;
-    let mut reader = csv_reader(&text, b',', true);
+    let table = CsvText::read(&path, &options.limits)?;
+    let mut reader = csv_reader(&table.text, table.separator(), true);
     let csv = Error::csv(&file);
     let columns = LabelTableColumns::of(reader.headers().map_err(&csv)?, options).map_err(refuse)?;
     let mut rows = LabelRows::default();
@@ -38,7 +39,7 @@ pub(crate) fn read(root: &Path, top: &Listing, options: &ReadOptions) -> Result<
     if rows.files.is_empty() {
         return Err(refuse("has no rows".into()));
     }
-    let mut found = rows.found(columns);
+    let mut found = rows.found(columns).map_err(refuse)?;
     let listed: HashSet<&PathBuf> = found.files.iter().collect();
     let unlisted: Vec<_> =
         top.files.iter().filter(|file| **file != path && !listed.contains(file)).cloned().collect();
@@ -120,22 +121,23 @@ impl LabelRows {
     }
 
     /// Returns the recordings with labels and groups as numbers.
-    fn found(self, columns: LabelTableColumns) -> FoundFiles {
+    fn found(self, columns: LabelTableColumns) -> Result<FoundFiles, String> {
         let Self { files, labels, groups, spans, .. } = self;
         let numbers = |values: Vec<u32>| values.into_iter().map(i64::from).collect();
         let (classes, labels) = by_name(labels);
-        FoundFiles {
+        let groups = columns.group.map(|(_, name)| Ok::<_, String>((name, group_numbers(groups)?)));
+        Ok(FoundFiles {
             positions: (0..files.len() as i64).collect(),
             labels: numbers(labels),
             classes,
-            groups: columns.group.map(|(_, name)| (name, numbers(by_name(groups).1))),
+            groups: groups.transpose()?,
             labelled_by: LABELS,
             is_table: true,
             // Either all bags are cut into parts or none.
             spans: Some(spans).filter(|spans| spans.len() == files.len()),
             files,
             ..FoundFiles::default()
-        }
+        })
     }
 }
 

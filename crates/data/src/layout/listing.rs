@@ -1,11 +1,12 @@
 //! Lists the files below a folder that are recordings, with class and group.
 
-use crate::dataset::labels::by_name;
 use crate::dataset::raw::{NamedColumn, SampleFacts};
+use crate::dataset::targets::Values;
 use crate::formats::bag::path::{entries, is_bag};
 use crate::layout::order::in_order;
 use crate::{Error, Result};
 use std::path::{Path, PathBuf};
+use taxel_base::printable;
 
 /// Recordings below a folder.
 #[derive(Debug, Default)]
@@ -22,6 +23,10 @@ pub(crate) struct FoundFiles {
     pub labelled_by: &'static str,
     /// The classes come from a table.
     pub is_table: bool,
+    /// Values of the recordings, in place of their classes.
+    pub values: Option<Values>,
+    /// Not 0 for the recordings that the authors test on, and what says so.
+    pub official: Option<NamedColumn>,
     /// Facts about the samples.
     pub facts: SampleFacts,
     /// Files that were passed over, as paths below the folder.
@@ -45,8 +50,27 @@ pub(crate) fn list(folder: &Path) -> Result<Listing> {
     let mut paths = entries(folder)?;
     paths.sort();
     let (ignored, paths): (Vec<_>, Vec<_>) = paths.into_iter().partition(|path| is_junk(path));
-    let (folders, files) = paths.into_iter().partition(|path| path.is_dir() && !is_bag(path));
+    let (folders, files): (Vec<_>, Vec<_>) =
+        paths.into_iter().partition(|path| path.is_dir() && !is_bag(path));
+    refuse_names(folder, &folders, &files)?;
     Ok(Listing { folders, files, ignored })
+}
+
+/// Refuses names that could steer a terminal, and names of folders and bags, which may be classes, that are no text.
+fn refuse_names(folder: &Path, folders: &[PathBuf], files: &[PathBuf]) -> Result<()> {
+    for path in folders.iter().chain(files) {
+        let name = path.file_name().unwrap_or_default();
+        if name.to_string_lossy().chars().any(char::is_control) {
+            return Err(Error::file(
+                folder,
+                format!("the name {name:?} holds a control character; rename it"),
+            ));
+        }
+        if name.to_str().is_none() && (folders.contains(path) || is_bag(path)) {
+            return Err(Error::file(folder, format!("the name {name:?} is not UTF-8; rename it")));
+        }
+    }
+    Ok(())
 }
 
 /// Checks whether a file is hidden, or left behind by a file browser, an archiver or an editor.
@@ -54,51 +78,6 @@ fn is_junk(path: &Path) -> bool {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let known = ["thumbs.db", "desktop.ini", "__macosx"];
     name.starts_with('.') || name.ends_with('~') || known.contains(&name.to_lowercase().as_str())
-}
-
-/// Lists the recordings of `class/file`, or of `class/session/file` with the session as group.
-pub(crate) fn per_class(root: &Path, top: &Listing) -> Result<FoundFiles> {
-    let mut found = FoundFiles { labelled_by: "the class folders", ..FoundFiles::default() };
-    found.pass_over(root, top.ignored.iter().chain(&top.files).cloned());
-    let mut sessions: Vec<Option<String>> = vec![];
-    for (label, class) in top.folders.iter().enumerate() {
-        let listing = list(class)?;
-        let is_nested = !listing.folders.is_empty();
-        if let (Some(folder), true) = (listing.folders.first(), !listing.files.is_empty()) {
-            return Err(Error::NestedFolder { file: folder.display().to_string() });
-        }
-        found.pass_over(root, listing.ignored);
-        let parts = if is_nested { listing.folders } else { vec![class.clone()] };
-        let before = found.files.len();
-        for part in in_order(parts) {
-            let listing = list(&part)?;
-            if let Some(folder) = listing.folders.first() {
-                return Err(Error::NestedFolder { file: folder.display().to_string() });
-            }
-            if is_nested {
-                found.pass_over(root, listing.ignored);
-            }
-            if listing.files.is_empty() {
-                return Err(Error::file(part, "class folder holds no files; fill or remove it"));
-            }
-            sessions.extend(listing.files.iter().map(|_| is_nested.then(|| last(&part))));
-            found.files.extend(in_order(listing.files));
-        }
-        let count = found.files.len() - before;
-        found.labels.extend(std::iter::repeat_n(label as i64, count));
-        found.positions.extend(0..count as i64);
-        found.classes.push(last(class));
-    }
-    let named: Vec<String> = sessions.iter().flatten().cloned().collect();
-    if !named.is_empty() {
-        if let Some(flat) = sessions.iter().position(Option::is_none) {
-            let why = "lies right in its class folder while others lie in a session; use one of the two";
-            return Err(Error::file(&found.files[flat], why));
-        }
-        let (_, numbers) = by_name(named);
-        found.groups = Some(("session".into(), numbers.into_iter().map(i64::from).collect()));
-    }
-    Ok(found)
 }
 
 /// Takes files without classes.
@@ -128,6 +107,7 @@ impl FoundFiles {
             classes: order.iter().map(|class| self.classes[*class].clone()).collect(),
             positions: moved(&self.positions),
             groups: self.groups.map(|(name, values)| (name, moved(&values))),
+            official: self.official.map(|(name, marks)| (name, moved(&marks))),
             spans: self.spans.map(|spans| rows.iter().map(|row| spans[*row]).collect()),
             ..self
         }
@@ -135,7 +115,9 @@ impl FoundFiles {
 
     /// Notes files that are no recordings.
     pub fn pass_over(&mut self, root: &Path, paths: impl IntoIterator<Item = PathBuf>) {
-        let below = |path: PathBuf| path.strip_prefix(root).unwrap_or(&path).display().to_string();
+        let below = |path: PathBuf| {
+            printable(&path.strip_prefix(root).unwrap_or(&path).to_string_lossy()).into_owned()
+        };
         self.ignored.extend(paths.into_iter().map(below));
     }
 }

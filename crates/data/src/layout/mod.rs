@@ -1,6 +1,7 @@
 //! Layouts: how files in folders, and arrays in a file, make a data set.
 
 pub(crate) mod arrays;
+pub(crate) mod class_folders;
 pub(crate) mod files;
 pub(crate) mod folder;
 pub(crate) mod label_table;
@@ -21,3 +22,4 @@ pub(crate) mod not_built;
 pub(crate) mod order;
 pub(crate) mod roles;
 pub(crate) mod sample;
+pub(crate) mod split_part;

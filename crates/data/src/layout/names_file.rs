@@ -66,6 +66,22 @@ pub(crate) fn of_named(
     }
 }
 
+/// Returns the quantities of the columns of values: as the file of names says, or by the name of their array.
+pub(crate) fn quantities(facts: &SampleFacts, array: &str, width: usize) -> Result<Vec<Quantity>> {
+    let numbered = |i: usize| Quantity {
+        name: if width == 1 { array.to_string() } else { format!("{array}-{i}") },
+        unit: None,
+    };
+    match &facts.quantities {
+        None => Ok((0..width).map(numbered).collect()),
+        Some(named) if named.len() == width => Ok(named.clone()),
+        Some(named) => {
+            let why = format!("names {} quantities, but {array} has {width} columns", named.len());
+            Err(Error::labels_form(&facts.file, why))
+        }
+    }
+}
+
 /// Reads class names per column of labels, if they are listed, and facts.
 fn read(path: &Path, limits: &Limits) -> Result<(Option<Vec<Vec<String>>>, SampleFacts)> {
     let file = path.display().to_string();

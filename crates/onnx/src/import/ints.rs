@@ -1,6 +1,7 @@
 //! Shape arithmetic: numbers that describe shapes, and constants.
 
 use super::attributes::Call;
+use super::int_tables;
 use super::stored::{MOST_AXES, StoredTensors};
 use super::values::{AxisRole, AxisView, Dim, ImportedValue};
 use super::work::{Importer, position};
@@ -55,7 +56,8 @@ pub fn fill<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue
                     [value] => value,
                     _ => return Err(call.refuse("its value has to be one number")),
                 },
-                _ => return Err(call.refuse("makes integers")),
+                ImportedValue::Ints { values, .. } => return repeated(work, call, &values),
+                _ => return Err(call.refuse("its value has to be one number")),
             },
         };
         return Ok(ImportedValue::Fill(value));
@@ -67,6 +69,18 @@ pub fn fill<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue
             None => Err(call.refuse("expands nothing")),
         },
         _ => Err(call.refuse("expands what samples become")),
+    }
+}
+
+/// Makes a list of as many of the same integer as the input says.
+fn repeated<'a>(work: &Importer<'a>, call: Call<'a>, value: &[Dim]) -> Result<ImportedValue, Cause> {
+    let count = match work.dims(call, 0)?.as_deref() {
+        Some([Dim::Known(count)]) => usize::try_from(*count).ok().filter(|count| *count <= MOST_AXES),
+        _ => None,
+    };
+    match (count, value) {
+        (Some(count), [one]) => Ok(ImportedValue::Ints { values: vec![*one; count], scalar: false }),
+        _ => Err(call.refuse("makes integers that are no list of at most 64 of one number")),
     }
 }
 
@@ -126,6 +140,9 @@ pub fn arithmetic<'a>(work: &Importer<'a>, call: Call<'a>) -> Result<ImportedVal
             known(all, false)
         }
         "Unsqueeze" => known(values, false),
+        "Reshape" if work.dims(call, 1)?.is_some_and(|to| to.len() == 2) => {
+            int_tables::rows(work, call, values)
+        }
         "Squeeze" | "Reshape" => {
             let one = values.len() == 1
                 && (call.op() == "Squeeze" || work.dims(call, 1)?.is_some_and(|to| to.is_empty()));

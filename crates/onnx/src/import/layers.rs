@@ -144,6 +144,11 @@ fn spread(call: Call, tensor: Tensor, outputs: usize) -> Result<Tensor, Cause> {
 /// Reads `Dropout`, which training keeps.
 pub fn dropout<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
     let view = work.pointwise(call, 0)?;
+    if call.input(2).is_some() && work.flag(call, 2)? != Some(false) {
+        return Err(call.refuse(
+            "drops values in use too (training_mode): export the network in evaluation, after model.eval()",
+        ));
+    }
     let probability = work.number(call, 1)?.unwrap_or_else(|| call.float("ratio", 0.5));
     match probability {
         0.0 => Ok(ImportedValue::Flow(view)),

@@ -2,6 +2,7 @@
 
 mod attributes;
 mod draft;
+mod int_tables;
 mod ints;
 mod layers;
 mod maths;

@@ -80,6 +80,7 @@ pub fn from_bytes(bytes: Vec<u8>, name: &str, folder: Option<&Path>) -> std::res
     let outputs = outputs(&mut work, &graph.outputs)?;
     let Importer { draft, notes, .. } = work;
     let (graph, weights) = draft.finish(name, &outputs)?;
+    weights.refuse_unsound()?;
     Ok(Imported { graph, weights, notes })
 }
 

@@ -3,7 +3,7 @@
 use super::attributes::Call;
 use super::values::{Dim, ImportedValue};
 use super::work::Importer;
-use super::{ints, layers, maths, pools, recurrent, reshape, shapes};
+use super::{int_tables, ints, layers, maths, pools, recurrent, reshape, shapes};
 use crate::error::Cause;
 
 /// Operations that become part of a network, for messages.
@@ -36,7 +36,9 @@ fn value<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, C
     let second = call.input(1).and_then(|name| work.values.get(name));
     let of_shapes = matches!(first, Some(ImportedValue::Ints { .. }));
     let both = of_shapes && matches!(second, Some(ImportedValue::Ints { .. }));
+    let of_tables = matches!(first, Some(ImportedValue::IntTable(_)));
     match call.op() {
+        "Reshape" | "Slice" | "Transpose" if of_tables => int_tables::arithmetic(work, call),
         "Constant" => ints::constant(work, call),
         "ConstantOfShape" | "Expand" => ints::fill(work, call),
         "Shape" => ints::shape(work, call),

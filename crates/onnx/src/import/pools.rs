@@ -69,8 +69,18 @@ fn round_up(window: &mut Window, size: &[usize]) {
 /// Reads `MaxPool` and `AveragePool`.
 pub fn pool<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
     let view = work.padded(call, 0)?;
-    work.refuse_order(call, &view, 0)?;
     let shape = work.shape(view.node).to_vec();
+    // PyTorch's newer exporter pools series as images of one row: it puts an axis of one value among those of space.
+    let roles: Vec<AxisRole> = view.axes.iter().skip(2).copied().collect();
+    let is_unit: Vec<bool> =
+        roles.iter().map(|role| view.pad.is_empty() && *role == AxisRole::Unit).collect();
+    let mut bare = view.clone();
+    let mut place = 0;
+    bare.axes.retain(|_| {
+        place += 1;
+        place <= 2 || !is_unit[place - 3]
+    });
+    work.refuse_order(call, &bare, 0)?;
     let is_max = call.op() == "MaxPool";
     if is_max && !view.pad.is_empty() {
         return Err(call.refuse("a maximum over zeros put around its input; give the pool its own padding"));
@@ -82,8 +92,15 @@ pub fn pool<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue
         .map(|&size| usize::try_from(size).ok())
         .collect();
     let Some(kernel) = kernel else { return Err(call.refuse("`kernel_shape` has to be sizes")) };
+    let mut sizes = shape[1..].iter().copied();
+    let whole: Vec<usize> =
+        is_unit.iter().map(|unit| if *unit { 1 } else { sizes.next().unwrap_or(1) }).collect();
+    let (window, dilation) = window(call, kernel, &whole, &view.pad)?;
+    let (mut window, dilation) = without_units(call, window, dilation, &is_unit)?;
     let size = &shape[1..];
-    let (mut window, dilation) = window(call, kernel, size, &view.pad)?;
+    if size.is_empty() {
+        return Ok(ImportedValue::Flow(view));
+    }
     call.refuse_if(!dilation.is_empty(), format!("dilation {dilation:?}: taxel's pools take neighbours"))?;
     let counted = match call.int("count_include_pad", 0) {
         0 if view.pad.is_empty() => vec![(0, 0); size.len()],
@@ -95,6 +112,24 @@ pub fn pool<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue
     }
     let op = if is_max { Op::MaxPool(window) } else { Op::AveragePool { window, counted } };
     work.map(call, op, AxisView { pad: vec![], ..view })
+}
+
+/// Leaves out the axes of one value, over which a kernel of one value does nothing.
+fn without_units(
+    call: Call,
+    window: Window,
+    dilation: Vec<usize>,
+    is_unit: &[bool],
+) -> Result<(Window, Vec<usize>), Cause> {
+    let does_something = |at: usize| window.kernel[at] != 1 || window.padding[at] != (0, 0);
+    let wrong = (0..is_unit.len()).any(|at| is_unit[at] && does_something(at));
+    call.refuse_if(wrong, "pools over an axis of one value with a kernel of more, or pads it")?;
+    let kept = |at: &usize| !is_unit[*at];
+    let part = |all: &[usize]| (0..all.len()).filter(kept).map(|at| all[at]).collect::<Vec<usize>>();
+    let padding = (0..is_unit.len()).filter(kept).map(|at| window.padding[at]).collect();
+    let dilation = part(&dilation);
+    let dilation = if dilation.iter().all(|&step| step == 1) { vec![] } else { dilation };
+    Ok((Window { kernel: part(&window.kernel), stride: part(&window.stride), padding }, dilation))
 }
 
 /// Reads `GlobalAveragePool` and `GlobalMaxPool`.

@@ -81,6 +81,20 @@ impl<'a> StoredTensors<'a> {
         (values.len() == count).then_some((values, shape.is_empty()))
     }
 
+    /// Returns a single truth value; none where it is something else.
+    pub fn flag(&self, index: usize) -> Option<bool> {
+        let tensor = &self.tensors[index];
+        let is_one = tensor.dims.iter().all(|size| *size == 1) && tensor.location != Some(EXTERNAL);
+        if tensor.dtype != Some(dtype::BOOL) || !is_one {
+            return None;
+        }
+        match (tensor.raw.as_deref(), tensor.int32s.as_slice()) {
+            (Some([byte]), _) => Some(*byte != 0),
+            (None, [number]) => Some(*number != 0),
+            _ => None,
+        }
+    }
+
     /// Returns a tensor's values as single-precision numbers.
     ///
     /// # Errors
@@ -145,6 +159,12 @@ impl<'a> StoredTensors<'a> {
             return Err(self.refuse(index, reason));
         }
         let path = folder.join(&location);
+        if leads_out(folder, &path) {
+            let reason = format!(
+                "has its values in {location:?}, which is a link out of the model's folder; put the file itself there"
+            );
+            return Err(self.refuse(index, reason));
+        }
         let open = || {
             let file = File::open(&path)?;
             let length = file.metadata()?.len();
@@ -185,6 +205,15 @@ impl<'a> StoredTensors<'a> {
         file.seek(SeekFrom::Start(offset))?;
         file.read_exact(&mut raw)?;
         Ok(raw)
+    }
+}
+
+/// Checks whether a path leads out of its folder by a symbolic link; one that cannot be followed does not.
+fn leads_out(folder: &Path, path: &Path) -> bool {
+    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    match (folder.canonicalize(), path.canonicalize()) {
+        (Ok(folder), Ok(path)) => !path.starts_with(folder),
+        _ => false,
     }
 }
 

@@ -22,6 +22,8 @@ pub enum ImportedValue {
         /// One number without an axis.
         scalar: bool,
     },
+    /// Rows of such numbers, on the way to the paddings of PyTorch's older exporter.
+    IntTable(Vec<Vec<Dim>>),
     /// The same number everywhere, in whatever shape: initial states.
     Fill(f32),
     /// A value on the way to an operation of several ONNX nodes.

@@ -41,7 +41,10 @@ impl<'a> Importer<'a> {
         match self.value(call, at)? {
             ImportedValue::Flow(view) => Ok(view.clone()),
             ImportedValue::Part(part, _) => Err(call.refuse(format!("reads {}", words(*part)))),
-            ImportedValue::Stored { .. } | ImportedValue::Ints { .. } | ImportedValue::Fill(_) => {
+            ImportedValue::Stored { .. }
+            | ImportedValue::Ints { .. }
+            | ImportedValue::IntTable(_)
+            | ImportedValue::Fill(_) => {
                 Err(call.refuse(format!("reads the constant `{name}` where taxel reads what samples become")))
             }
         }
@@ -141,6 +144,14 @@ impl<'a> Importer<'a> {
             [value] => Ok(Some(value)),
             _ => Err(call.refuse(format!("input {at} has to be one number"))),
         }
+    }
+
+    /// Reads input `at`, a stored truth value; none where it is something else.
+    pub fn flag(&self, call: Call<'a>, at: usize) -> Result<Option<bool>, Cause> {
+        Ok(match self.value(call, at)? {
+            ImportedValue::Stored { index, .. } => self.stored.flag(*index),
+            _ => None,
+        })
     }
 
     /// Returns input `at` if it is given, a list that describes shapes.

@@ -1,10 +1,14 @@
 //! Lines that commands print: results on standard output, messages on standard error.
 //!
+//! Names out of foreign files cannot steer a terminal: what is printed passes `taxel_base::printable`.
+//!
 //! `--quiet` leaves errors and results, `--verbose` adds details. Colours need a terminal, and `NO_COLOR` turns them off.
 
 use std::fmt::{Arguments, Display};
 use std::io::{ErrorKind, IsTerminal, Write};
 use std::sync::atomic::{AtomicU8, Ordering};
+
+use taxel_base::printable;
 
 /// Exit code of a command that could not run.
 pub const FAILED: u8 = 2;
@@ -58,6 +62,8 @@ fn message(kind: Verbosity, label: &str, colour: &str, text: &dyn Display) {
     if !says(kind) {
         return;
     }
+    let text = text.to_string();
+    let text = printable(&text);
     let mut stderr = std::io::stderr().lock();
     let is_coloured = !label.is_empty() && stderr.is_terminal() && !is_set("NO_COLOR");
     let _ = if is_coloured {
@@ -75,7 +81,8 @@ fn is_set(name: &str) -> bool {
 /// Writes to standard output. A reader that has gone (`taxel zoo | head`) ends the process quietly; an output that
 /// cannot be written ends it with an error.
 pub fn write(text: Arguments) {
-    if let Err(problem) = std::io::stdout().lock().write_fmt(text) {
+    let text = text.to_string();
+    if let Err(problem) = std::io::stdout().lock().write_all(printable(&text).as_bytes()) {
         if problem.kind() == ErrorKind::BrokenPipe {
             std::process::exit(0);
         }

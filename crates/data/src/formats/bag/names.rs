@@ -1,11 +1,11 @@
 //! Finds classes by the names of bags: `cup_03.mcap` is of the class `cup`, in `day1/cup_03.mcap` of the group `day1`.
 
-use crate::Result;
-use crate::dataset::labels::by_name;
+use crate::dataset::labels::{by_name, group_numbers};
 use crate::formats::bag::path::is_bag;
 use crate::layout::listing::{FoundFiles, Listing, last, list};
 use crate::layout::names_file::NAMES;
 use crate::layout::order::in_order;
+use crate::{Error, Result};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
@@ -67,7 +67,7 @@ pub(crate) fn per_name(root: &Path, top: &Listing) -> Result<Option<FoundFiles>>
     found.read_as = vec![format!("classes by the names of bags, as {example} is of {class}{by_folder}")];
     found.classes = classes;
     if !sessions.is_empty() {
-        let numbers = by_name(sessions).1.into_iter().map(i64::from).collect();
+        let numbers = group_numbers(sessions).map_err(|why| Error::file(root, why))?;
         found.groups = Some(("session".into(), numbers));
     }
     Ok(Some(found))

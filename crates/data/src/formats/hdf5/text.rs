@@ -1,9 +1,9 @@
 //! Reads texts in an HDF5 file, and in a MATLAB file of version 7.3: rows of characters, or cells of them.
 
-use crate::Result;
 use crate::formats::archive::Texts;
 use crate::formats::hdf5::hdf5::{Hdf5Archive, REFERENCES, RawValue, Variable, damaged, sound, text_size};
 use crate::formats::npy::Cap;
+use crate::{Error, Result};
 use hdf5_reader::{Dataset, Datatype};
 use std::collections::HashMap;
 
@@ -29,14 +29,20 @@ pub(crate) fn read(archive: &Hdf5Archive, name: &str, place: &str, cap: Cap) -> 
     }
 }
 
+/// Refuses texts that are stored otherwise than they say: bytes that are replaced would make one class of two.
+fn no_text(place: &str) -> Error {
+    Error::file(place, "holds a text that is neither UTF-8 nor UTF-16; save it as UTF-8")
+}
+
 fn texts(dataset: &Dataset, place: &str) -> Result<Vec<String>> {
-    let text = |bytes: &[u8]| {
+    let text = |bytes: &[u8]| -> Result<String> {
         let end = bytes.iter().position(|byte| *byte == 0).unwrap_or(bytes.len());
-        String::from_utf8_lossy(&bytes[..end]).trim_end().to_string()
+        let text = std::str::from_utf8(&bytes[..end]).map_err(|_| no_text(place))?;
+        Ok(text.trim_end().to_string())
     };
     if let Some(size) = text_size(dataset.dtype()) {
         let bytes = sound(place, || dataset.read_raw_bytes())?;
-        return Ok(bytes.chunks_exact(size.max(1)).map(text).collect());
+        return bytes.chunks_exact(size.max(1)).map(text).collect();
     }
     let ends = sound(place, || Ok(dataset.vlen_reference_size()))?;
     if ends != REFERENCE {
@@ -50,7 +56,7 @@ fn texts(dataset: &Dataset, place: &str) -> Result<Vec<String>> {
         if all > MAX_ALL {
             return Err(damaged(place, "its texts are longer than the file"));
         }
-        out.push(text(&bytes));
+        out.push(text(&bytes)?);
     }
     Ok(out)
 }
@@ -60,13 +66,12 @@ fn characters(dataset: &Dataset, place: &str) -> Result<Vec<String>> {
     let &[columns, rows] = dataset.shape() else { return Ok(vec![]) };
     let units = sound(place, || dataset.read_array::<u16>())?;
     let units: Vec<u16> = units.into_iter().collect();
-    let row = |row: u64| {
+    let row = |row: u64| -> Result<String> {
         let units = (0..columns).filter_map(|column| units.get((column * rows + row) as usize).copied());
-        let text: String =
-            char::decode_utf16(units).map(|unit| unit.unwrap_or(char::REPLACEMENT_CHARACTER)).collect();
-        text.trim_end().to_string()
+        let text: String = char::decode_utf16(units).collect::<Result<_, _>>().map_err(|_| no_text(place))?;
+        Ok(text.trim_end().to_string())
     };
-    Ok((0..rows).map(row).collect())
+    (0..rows).map(row).collect()
 }
 
 /// Reads the texts of a cell array; none where a cell holds something else.

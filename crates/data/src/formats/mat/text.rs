@@ -64,6 +64,11 @@ fn cells(element: &mut Element, rows: u64, columns: u64, cap: Cap) -> Result<Opt
     Ok(Some(Texts::of_cells(&stored, rows, columns)))
 }
 
+/// Refuses texts in another encoding: bytes that are replaced would make one class of two.
+fn no_text() -> Broken {
+    Broken::Is("a text that is neither UTF-8 nor UTF-16; save it again".into())
+}
+
 /// Reads the rows of a char matrix, without the blanks at their end.
 fn rows(element: &mut Element, shape: &[u64]) -> Result<Vec<String>, Broken> {
     let (rows, columns) = (shape[0] as usize, shape[1] as usize);
@@ -78,11 +83,11 @@ fn rows(element: &mut Element, shape: &[u64]) -> Result<Vec<String>, Broken> {
         |pair: &[u8; 2]| if element.big { u16::from_be_bytes(*pair) } else { u16::from_le_bytes(*pair) };
     let characters: Vec<char> = match kind {
         // UTF-8, or bytes.
-        1 | 2 | 16 => String::from_utf8_lossy(&bytes).chars().collect(),
+        1 | 2 | 16 => std::str::from_utf8(&bytes).map_err(|_| no_text())?.chars().collect(),
         // UTF-16.
         4 | 17 => char::decode_utf16(bytes.as_chunks::<2>().0.iter().map(wide))
-            .map(|unit| unit.unwrap_or(char::REPLACEMENT_CHARACTER))
-            .collect(),
+            .collect::<Result<_, _>>()
+            .map_err(|_| no_text())?,
         other => return Err(Broken::Is(format!("characters stored as type {other}"))),
     };
     if characters.len() != rows * columns {

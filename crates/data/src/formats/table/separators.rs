@@ -14,8 +14,17 @@ pub(crate) struct Separators {
 }
 
 impl Separators {
-    /// Finds the separators of a text.
-    pub fn of(text: &str) -> Self {
+    /// Finds the separators of a text; `said` is the one that its first line states (`sep=;`).
+    pub fn of(text: &str, said: Option<u8>) -> Self {
+        let column = Self::column_of(text, said);
+        Self { column, has_comma: column != b',' && has_decimal_commas(text, column) }
+    }
+
+    /// Finds what separates the columns: the stated separator, or the most frequent of the first line.
+    pub fn column_of(text: &str, said: Option<u8>) -> u8 {
+        if let Some(said) = said {
+            return said;
+        }
         let first = text.lines().find(|line| !line.trim().is_empty()).unwrap_or_default();
         let is_number = |cell: &str| cell.parse::<f64>().is_ok() || is_decimal_comma(cell);
         let parts_numbers = |separator: &u8| {
@@ -26,8 +35,7 @@ impl Separators {
         // A line of numbers with decimal commas has as many commas as columns.
         let found = [b'\t', b';'].into_iter().find(parts_numbers);
         // The last of several that are equally frequent: the comma.
-        let column = found.or([b'\t', b';', b','].into_iter().max_by_key(count)).unwrap_or(b',');
-        Self { column, has_comma: column != b',' && has_decimal_commas(text, column) }
+        found.or([b'\t', b';', b','].into_iter().max_by_key(count)).unwrap_or(b',')
     }
 }
 
@@ -69,7 +77,7 @@ mod tests {
             ("a;b\n1;2\n", b';', false),
             ("a\n\"1,5\"\n", b',', false),
         ] {
-            assert_eq!(Separators::of(text), Separators { column, has_comma }, "{text:?}");
+            assert_eq!(Separators::of(text, None), Separators { column, has_comma }, "{text:?}");
         }
         assert_eq!((plain("-1,5", true), plain("-1,5", false)), ("-1.5".into(), "-1,5".into()));
     }

@@ -1,8 +1,9 @@
 //! Reads one table of many recordings, in CSV or Parquet.
 
-use crate::dataset::labels::by_name;
+use crate::dataset::labels::{as_values, by_name, group_numbers, values_said};
 use crate::dataset::precision::Precision;
 use crate::dataset::raw::{NamedColumn, Names, Raw, SampleFacts, name_of};
+use crate::dataset::targets::Values;
 use crate::formats::clock::Timing;
 use crate::formats::stamps::Mended;
 use crate::formats::table::columns::{TableColumns, recording_in};
@@ -139,8 +140,10 @@ pub(crate) fn read(
     let x = x.ok_or_else(|| Error::NoSamples { at: file.clone() })?;
     let name = |at: usize| table.header[at].clone();
     let y_name = columns.label.map_or_else(|| "label".into(), name);
-    let (y, names) = labels(&all, &y_name, &file, names)?;
-    let read_as = [described(table, &columns, channels.len(), timing), mended.said()].concat();
+    let TableTargets { y, names, values } = targets(&all, &y_name, &file, names, &facts)?;
+    let values_are = values.as_ref().map(|values| values_said(&values.quantities()[0].name));
+    let read_as = described(table, &columns, channels.len(), timing).into_iter().chain(mended.said());
+    let read_as = read_as.chain(values_are).collect();
     let used: Vec<usize> = columns.used().chain(channels.iter().chain(&texts).copied()).collect();
     let others = (0..table.header.len()).filter(|at| !used.contains(at));
     let why = |at: usize| {
@@ -161,6 +164,7 @@ pub(crate) fn read(
         y_name,
         y,
         names,
+        values,
         facts,
         groups,
         official,
@@ -297,32 +301,48 @@ fn wide(
     Ok(LongTable { recordings: all, x: collected.finish(), timing: None, mended: Mended::default() })
 }
 
-/// Returns labels as positions among their names: those of the file beside, or those that occur.
-fn labels(
+/// The labels of a table, or its values.
+#[derive(Default)]
+struct TableTargets {
+    y: Vec<i64>,
+    names: Option<Names>,
+    values: Option<Values>,
+}
+
+/// Returns labels as positions among their names: those of the file beside, or those that occur. Numbers with fractions
+/// are values, and so are all numbers where the file beside names a quantity.
+fn targets(
     all: &[TableRecording],
     y: &str,
     file: &str,
     names: Option<Names>,
-) -> Result<(Vec<i64>, Option<Names>)> {
+    facts: &SampleFacts,
+) -> Result<TableTargets> {
     let texts: Vec<String> = all.iter().filter_map(|recording| recording.label.clone()).collect();
     if texts.is_empty() {
-        return Ok((vec![], names));
+        return Ok(TableTargets { names, ..TableTargets::default() });
+    }
+    let values = match facts.quantities {
+        Some(_) => texts.iter().map(|text| text.parse().ok()).collect(),
+        None => as_values(&texts),
+    };
+    if let Some(values) = values.filter(|_| names.is_none()) {
+        let values = Some(Values::new(names_file::quantities(facts, y, 1)?, values));
+        return Ok(TableTargets { values, ..TableTargets::default() });
     }
     let numbers: Option<Vec<i64>> = texts.iter().map(|text| text.parse().ok()).collect();
-    match (names, numbers) {
+    let (y, names) = match (names, numbers) {
         (Some(names), Some(numbers)) if names.columns.iter().any(|known| !known.contains(&texts[0])) => {
-            Ok((numbers, Some(names)))
+            (numbers, names)
         }
-        (Some(names), _) => {
-            let read = arrays::named(texts, 1, y, file, Some(&names))?;
-            Ok((read.values, Some(names)))
-        }
+        (Some(names), _) => (arrays::named(texts, 1, y, file, Some(&names))?.values, names),
         (None, _) => {
             let (classes, values) = by_name(texts);
             let names = Names { file: y.into(), columns: vec![classes], is_given: true };
-            Ok((values.into_iter().map(i64::from).collect(), Some(names)))
+            (values.into_iter().map(i64::from).collect(), names)
         }
-    }
+    };
+    Ok(TableTargets { y, names: Some(names), values: None })
 }
 
 /// Returns groups: whole numbers as they are, texts as positions among those that occur.
@@ -344,6 +364,6 @@ fn groups(
     match (numbers, options.group_block) {
         (Some(numbers), _) => Ok(Some((name, numbers))),
         (None, Some(_)) => refuse("divides consecutive numbers, but the groups are texts; leave it out"),
-        (None, None) => Ok(Some((name, by_name(texts).1.into_iter().map(i64::from).collect()))),
+        (None, None) => Ok(Some((name, group_numbers(texts).map_err(|why| Error::file(file, why))?))),
     }
 }

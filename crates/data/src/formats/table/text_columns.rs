@@ -1,6 +1,8 @@
 //! Reads the cells of a table in CSV or Parquet, with the place of each for messages.
 
+use crate::dataset::labels::mark_of;
 use crate::dataset::precision::{Precision, is_rounded_whole};
+use crate::formats::csv_text::CsvText;
 #[cfg(feature = "parquet")]
 use crate::formats::parquet_file::ParquetFile;
 use crate::formats::table::column_kind::{ColumnCells, ColumnKind, Disguised, numbers_columns};
@@ -8,7 +10,7 @@ use crate::formats::table::number_form::NumberForm;
 use crate::formats::table::options::Clock;
 use crate::formats::table::separators::{Separators, plain};
 use crate::formats::table::time_text;
-use crate::formats::text::{csv_reader, line_of, read_text, without_mark};
+use crate::formats::text::{csv_reader, line_of};
 use crate::options::Limits;
 use crate::{Error, Result};
 use std::borrow::Cow;
@@ -109,9 +111,8 @@ impl TableText {
     /// Opens a text whose first line is the header.
     fn of_text(path: &Path, limits: &Limits) -> Result<Self> {
         let file = path.display().to_string();
-        let mut text = read_text(path, limits)?;
-        text.drain(..text.len() - without_mark(&text).len());
-        let separators = Separators::of(&text);
+        let CsvText { text, said } = CsvText::read(path, limits)?;
+        let separators = Separators::of(&text, said);
         let mut header = csv::StringRecord::new();
         let mut reader = csv_reader(&text, separators.column, false);
         let is_there = reader.read_record(&mut header).map_err(Error::csv(&file))?;
@@ -334,12 +335,11 @@ impl<'t> TableRow<'t> {
     /// Reads a mark of a sample to test on: a whole number, or `train` and `test`.
     pub fn mark(&self, at: usize) -> Result<i64> {
         let text = self.text(at);
-        match (text.parse::<i64>(), text.to_lowercase().as_str()) {
-            (Ok(mark), _) => Ok(mark),
-            (_, "train" | "training" | "false") => Ok(0),
-            (_, "test" | "testing" | "true") => Ok(1),
-            _ => Err(self.refuse(at, "is no mark; write 0 or train, and 1 or test")),
-        }
+        let whole = text.parse::<f64>().ok().filter(|mark| mark.fract() == 0.0).map(|mark| mark as i64);
+        let number = text.parse().ok().or(whole);
+        number
+            .or_else(|| mark_of(text))
+            .ok_or_else(|| self.refuse(at, "is no mark; write 0 or train, and 1 or test"))
     }
 
     fn no_number(&self, at: usize) -> Error {
