@@ -49,6 +49,7 @@ mod unit;
 mod write;
 
 pub use augment::{Augment, Key, Warp};
+pub use check::beginning::{Beginning, EarlyClass};
 pub use check::card::{Card, ClassCount, Contradiction, GroupSummary};
 pub use check::drift::Drift;
 pub use check::duplicates::duplicate_sets;

@@ -200,6 +200,7 @@ fn judgement(setting: &Setting, networks: Vec<Judged>) -> Judgement {
             folds: setting.parts,
             left_out: Default::default(),
             shortcut: None,
+            leaks: vec![],
             seed: 0,
             unit: "percent".into(),
             networks: vec![],

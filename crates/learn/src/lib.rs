@@ -65,6 +65,7 @@ pub use run::cross_validation::CrossValidation;
 pub use run::environment::{Environment, cores, program};
 pub use run::folder::{Identity, RunFolder};
 pub use run::gather::gather;
+pub use run::leaks::Leak;
 pub use run::lock::Lock;
 pub use run::options::{RunOptions, threads};
 pub use run::protocol::{Protocol, Split};

@@ -55,6 +55,7 @@ impl ResultsTable {
             "protocol": results.protocol,
             "left_out": results.left_out,
             "shortcut": results.shortcut,
+            "leaks": results.leaks,
             "seed": results.seed,
             "unit": results.unit,
             "networks": networks,
@@ -181,6 +182,7 @@ fn caption(results: &Results) -> Vec<String> {
         lines.push(format!("left out: {baseline}: {reason}"));
     }
     lines.extend(results.batch_norm_words());
+    lines.extend(results.leaks.iter().map(|leak| format!("mind: {leak}")));
     if let Some(shortcut) = &results.shortcut {
         lines.push(format!("mind: {shortcut}: confounded?"));
     }

@@ -1,5 +1,6 @@
 //! The checks of a data set that `data check` prints.
 
+pub(crate) mod beginning;
 pub(crate) mod card;
 pub(crate) mod card_channels;
 pub(crate) mod card_text;
@@ -9,4 +10,5 @@ pub(crate) mod drift;
 pub(crate) mod duplicates;
 pub(crate) mod shortcut;
 pub(crate) mod values;
+pub(crate) mod voters;
 pub(crate) mod warnings;

@@ -9,6 +9,7 @@ use crate::dataset::targets::{Targets, Task};
 use crate::{Error, Result};
 use ndarray::{ArrayD, Axis};
 use std::borrow::Cow;
+use std::collections::BTreeSet;
 use taxel_base::Layout;
 
 /// Labelled samples, all of one shape, as read: nothing is scaled.
@@ -108,6 +109,11 @@ impl Dataset {
             counts[output] += 1;
         }
         counts
+    }
+
+    /// Returns the outputs that some of the samples `rows` stand for: their classes, or levels.
+    pub fn outputs_of(&self, rows: &[usize]) -> BTreeSet<usize> {
+        rows.iter().flat_map(|row| self.outputs(*row)).collect()
     }
 
     /// Returns the positions of a sample's labels among the outputs, one per attribute. Only a card meets a label that is

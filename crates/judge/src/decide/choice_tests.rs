@@ -5,6 +5,7 @@ use super::comparison::Comparison;
 use super::hardening::hardening;
 use crate::synthetic::{Player, Setting, few_samples, official, player, random_splits, stress, synthetic};
 use crate::values::{Choice, CostKind, Criteria, FoldLoss, Judgement, Test};
+use taxel_learn::Leak;
 
 fn run(comparison: &Comparison, judgement: &Judgement, criteria: &Criteria) -> Choice {
     let names: Vec<&str> = comparison.networks.iter().map(|(name, _)| name.as_str()).collect();
@@ -163,6 +164,19 @@ fn what_diverged_is_the_best_only_where_all_did() {
     judgement.networks[1].results.diverged = 1;
     let choice = run(&comparison, &judgement, &Criteria::default());
     assert_eq!((choice.best.as_str(), choice.chosen.as_deref()), ("large", None));
+}
+
+#[test]
+fn leaks_are_said_whether_or_not_one_is_chosen() {
+    for diverged in [0, 1] {
+        let (comparison, mut judgement) =
+            synthetic(&Setting::default(), vec![player("large", 10.0, LARGE), player("small", 1.0, SMALL)]);
+        judgement.networks.iter_mut().for_each(|network| network.results.diverged = diverged);
+        judgement.results.leaks = vec![Leak::Untrained { classes: vec!["wet".into()], folds: 1, of: 5 }];
+        let choice = run(&comparison, &judgement, &Criteria::default());
+        assert_eq!(choice.chosen.is_none(), diverged > 0);
+        assert!(says(&choice, "Mind: wet is tested but not trained in 1 of 5 folds"), "{:#?}", choice.words);
+    }
 }
 
 #[test]

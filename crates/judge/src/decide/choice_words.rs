@@ -16,6 +16,7 @@ pub(super) fn choice_words(choice: &Choice, judgement: &Judgement, hardening: &[
     let Some(chosen) = choice.chosen.as_deref().and_then(evidence_of) else {
         words.push(format!("Nothing suffices: {}.", refusals(choice)));
         words.extend(doubts(choice, judgement, None));
+        words.extend(leaks(judgement));
         return words;
     };
     #[expect(clippy::expect_used, reason = "the best is one of the rows")]
@@ -40,7 +41,13 @@ pub(super) fn choice_words(choice: &Choice, judgement: &Judgement, hardening: &[
     words.extend(faults(chosen, best, judgement));
     words.extend(hardened(&choice.primary, chosen, hardening));
     words.extend(doubts(choice, judgement, Some(chosen)));
+    words.extend(leaks(judgement));
     words
+}
+
+/// Says what makes the scores doubtful that the choice rests on.
+fn leaks(judgement: &Judgement) -> impl Iterator<Item = String> + '_ {
+    judgement.results.leaks.iter().map(|leak| format!("Mind: {leak}."))
 }
 
 /// Checks whether a loss larger than `margin` could have stayed unseen, or is seen and not sure. Majority counts:

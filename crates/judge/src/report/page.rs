@@ -117,6 +117,12 @@ impl PageParts<'_> {
                         "Diverged: " (words) "; scores of such a training say nothing about the network."
                     }
                 }
+                @for leak in &results.leaks {
+                    p.warning role="note" { "Mind: " (leak) "." }
+                }
+                @if let Some(shortcut) = &results.shortcut {
+                    p.warning role="note" { "Mind: " (shortcut) ": confounded?" }
+                }
                 @if unfinished > 0 {
                     p.warning role="note" { "Incomplete: " (unfinished) " folds are missing; resume the run." }
                 }

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
 use taxel_data::Source;
+use taxel_learn::Leak;
 use taxel_report::canvas::Canvas;
 use taxel_report::palette::Paint;
 
@@ -79,6 +80,18 @@ fn names_of_users_cannot_break_out_of_the_page() {
         let allowed = "xmlns=\"http://www.w3.org/2000/svg\"";
         assert!(!page.replace(allowed, "").contains(outside), "{outside}: the page needs nothing else");
     }
+}
+
+#[test]
+fn leaks_stand_at_the_top_of_the_page() {
+    let mut doubtful = judgement();
+    let example = ["a/1.csv", "b/2.csv"].map(String::from);
+    doubtful.results.leaks = vec![Leak::Copies { copied: 3, tested: 60, example }];
+    let report = report(&doubtful, None).unwrap();
+    let page = file(&report, "report.html");
+    let said = "Mind: 3 of 60 test samples are copies of training samples (a/1.csv of b/2.csv)";
+    assert!(page.find(said).is_some_and(|at| at < page.find("<table").unwrap()), "{said}");
+    assert!(!file(whole(), "report.html").contains("Mind: "));
 }
 
 #[test]

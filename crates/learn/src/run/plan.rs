@@ -9,6 +9,7 @@ use crate::error::Result;
 use crate::estimator::candidate::{Candidate, Hardening};
 use crate::problem::Problem;
 use crate::progress::Progress;
+use crate::run::leaks::Leak;
 use crate::run::protocol::Protocol;
 use crate::run::records::FoldKey;
 use crate::run::results::{NetworkResults, Results, ScoringContext};
@@ -90,6 +91,7 @@ impl<'a> RunPlan<'a> {
             look_alikes: look_alikes.clone(),
             folds: per_row,
             left_out,
+            leaks: Leak::all(dataset, &folds),
             networks,
             ..Results::empty(dataset, &protocol, seed)
         };

@@ -11,6 +11,7 @@ use crate::estimator::candidate::{Hardening, Published};
 use crate::metrics::{Clusters, Confusion, LevelScores, LookAlikes, Metric, Scores};
 use crate::model::Score;
 use crate::problem::Problem;
+use crate::run::leaks::Leak;
 use crate::run::protocol::Protocol;
 use crate::run::records::{Change, Costs, FoldKey, FoldRecord, OtherStatistics};
 
@@ -136,6 +137,9 @@ pub struct Results {
     /// Real recordings that a few global statistics tell apart: part of every score may not be touch.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shortcut: Option<Shortcut>,
+    /// Leaks, which make the scores doubtful; empty in folders of older versions too.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub leaks: Vec<Leak>,
     /// Seed of the experiment.
     pub seed: u64,
     /// Unit of the metrics of labels, and of `published`: `percent`; of values `quantity`.
@@ -169,6 +173,7 @@ impl Results {
             folds: 0,
             left_out: BTreeMap::new(),
             shortcut: None,
+            leaks: vec![],
             seed,
             unit: if task.quantities().is_empty() { "percent" } else { "quantity" }.into(),
             task,
