@@ -376,3 +376,41 @@ fn columns_are_matched_by_their_header() {
     let message = refused_with(root, &ReadOptions::default());
     assert!(message.starts_with("b/0.csv: has no channel \"thumb\"; it has index, wrist"), "{message}");
 }
+
+#[test]
+fn folders_of_a_split_are_parts_and_no_classes() {
+    let folder = tempdir().unwrap();
+    let set = [
+        ("Test/pear/s1/2.csv", "1\n2\n"),
+        ("Test/apple/s3/1.csv", "3\n4\n"),
+        ("train/apple/s1/1.csv", "5\n6\n"),
+        ("train/pear/s2/1.csv", "7\n8\n"),
+        ("val/pear/s2/3.csv", "9\n1\n"),
+    ];
+    files(folder.path(), &set);
+    let data = load(folder.path(), &ReadOptions::default()).unwrap();
+    assert_eq!(data.output_names(), ["apple", "pear"]);
+    assert_eq!(
+        data.origins,
+        [
+            "train/apple/s1/1.csv",
+            "train/pear/s2/1.csv",
+            "val/pear/s2/3.csv",
+            "Test/apple/s3/1.csv",
+            "Test/pear/s1/2.csv"
+        ]
+    );
+    assert_eq!(data.strata().to_vec(), [0, 1, 1, 0, 1]);
+    assert_eq!(data.official, Some(vec![false, false, false, true, true]));
+    let said = check(folder.path()).unwrap().read_as.join("; ");
+    assert!(said.contains("a split by folders: train and val to train on, Test to test on"), "{said}");
+    // Without a test the validation is one.
+    std::fs::remove_dir_all(folder.path().join("Test")).unwrap();
+    let data = load(folder.path(), &ReadOptions::default()).unwrap();
+    assert_eq!(data.official, Some(vec![false, false, true]));
+    assert_eq!(data.groups, Some(vec![0, 1, 1]));
+    let classes = [("train/1.csv", "1\n"), ("test/1.csv", "2\n")];
+    assert!(refused(&classes).starts_with("train: is a part of a split, and holds no class folders"));
+    let beside = [("train/a/1.csv", "1\n"), ("test/a/1.csv", "2\n"), ("cup/1.csv", "2\n")];
+    assert!(refused(&beside).starts_with("cup: lies beside folders called train and test"), "{}", refused(&beside));
+}

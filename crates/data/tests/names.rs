@@ -212,6 +212,19 @@ fn what_texts_cannot_be_is_refused() {
         npz(folder.path(), &[("x", samples(4)), labels.clone(), ("part", words(true, &["tst", "", "", ""]))]);
     let message = refused(&path, &ReadOptions { test: Some("part".into()), ..ReadOptions::default() });
     assert_eq!(message, "grasps.npz: part[0]: is \"tst\"; marks are train and test, or 0 and 1");
+    let marks = |marks: &[i64]| {
+        let path =
+            npz(folder.path(), &[("x", samples(4)), labels.clone(), ("part", common::i64s(&[4], marks))]);
+        (refused(&path, &ReadOptions { test: Some("part".into()), ..ReadOptions::default() }), path)
+    };
+    let (message, path) = marks(&[0, 1, 2, 0]);
+    assert_eq!(
+        message,
+        "grasps.npz: part holds 0, 1, 2: marks are two numbers, 0 for training; say which are tested with test_above = 1"
+    );
+    let above = ReadOptions { test: Some("part".into()), test_above: Some(1), ..ReadOptions::default() };
+    assert_eq!(load(&path, &above).unwrap().official, Some(vec![false, false, true, false]));
+    assert!(marks(&[1, 2, 2, 1]).0.contains("part marks no or all samples for testing"));
     let y = |bytes: Vec<u8>| refused_arrays(&[("x", samples(4)), ("y", bytes)]);
     let whole = words(true, &["a", "b", "a", "b"]);
     assert!(y(whole[..whole.len() - 1].to_vec()).contains("y: data end after 47 of 48 bytes"));

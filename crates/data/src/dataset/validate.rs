@@ -216,6 +216,21 @@ pub(crate) fn official(raw: &Raw, options: &ReadOptions, faults: &mut Problems) 
         faults.push(wrong_length(raw, name, values.len()));
         return None;
     }
+    let mut kinds: Vec<i64> = values.clone();
+    kinds.sort_unstable();
+    kinds.dedup();
+    if options.test_above.is_none() && kinds.len() > 2 {
+        // Validation samples would be tested, or samples of some trial.
+        let listed: Vec<String> = kinds.iter().take(4).map(i64::to_string).collect();
+        let more = if kinds.len() > 4 { ", ..." } else { "" };
+        let why = format!(
+            "{name} holds {}{more}: marks are two numbers, 0 for training; say which are tested with test_above = {}",
+            listed.join(", "),
+            kinds[kinds.len() - 2]
+        );
+        faults.push(Error::file(&raw.file, why));
+        return None;
+    }
     let is_tested = |value: &i64| options.test_above.map_or(*value != 0, |above| *value > above);
     let test: Vec<bool> = values.iter().map(is_tested).collect();
     if test.iter().all(|t| *t) || !test.iter().any(|t| *t) {

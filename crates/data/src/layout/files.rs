@@ -58,9 +58,10 @@ pub(crate) fn read(place: &Place, found: FoundFiles, options: &ReadOptions) -> R
         (None, Some(_)) => Some(("position".into(), found.positions)),
         (groups, _) => groups,
     };
-    let mut labels = found.labels;
+    let (mut labels, mut official) = (found.labels, found.official);
     if !recorded.frames.is_empty() {
         labels = each_frame(&labels, &recorded.frames);
+        official = official.map(|(name, marks)| (name, each_frame(&marks, &recorded.frames)));
         let numbered = || ("recording".into(), (0..recorded.frames.len() as i64).collect());
         let (name, of_file) = groups.unwrap_or_else(numbered);
         groups = Some((name, each_frame(&of_file, &recorded.frames)));
@@ -83,6 +84,7 @@ pub(crate) fn read(place: &Place, found: FoundFiles, options: &ReadOptions) -> R
         names: Some(names),
         facts,
         groups,
+        official,
         ignored: [found.ignored, recorded.ignored].concat(),
         read_as: [found.read_as, recorded.read_as].concat(),
         topics: recorded.topics,

@@ -7,6 +7,7 @@ use crate::layout::files;
 use crate::layout::label_table::{self, LABELS};
 use crate::layout::listing::{self, FoundFiles, Listing, list, unsorted};
 use crate::layout::names_file::{self, NAMES};
+use crate::layout::parts;
 use crate::options::ReadOptions;
 use crate::reader::{Format, Place, Purpose, Reader};
 use crate::{Error, Result};
@@ -20,7 +21,7 @@ const FORMATS: &[Format] = &[
         name: "folder of recordings",
         endings: &[],
         holds: "`class/file`, or `class/session/file` with the session as group; files of one format that holds one \
-                recording per file",
+                recording per file; also in `train/` and `test/`, an official split",
         becomes: "as that format says",
     },
     Format {
@@ -60,6 +61,8 @@ fn labelled(path: &Path, top: &Listing, options: &ReadOptions) -> Result<Option<
         Some(found)
     } else if top.folders.is_empty() {
         None
+    } else if let Some(found) = parts::per_part(path, top)? {
+        Some(found)
     } else {
         Some(listing::per_class(path, top)?)
     };

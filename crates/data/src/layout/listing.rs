@@ -18,6 +18,8 @@ pub(crate) struct FoundFiles {
     pub positions: Vec<i64>,
     /// Name of the groups, and the group of each file.
     pub groups: Option<NamedColumn>,
+    /// What marks the files to test on, and the mark of each file.
+    pub official: Option<NamedColumn>,
     /// The origin of the classes, for messages.
     pub labelled_by: &'static str,
     /// The classes come from a table.
@@ -128,6 +130,7 @@ impl FoundFiles {
             classes: order.iter().map(|class| self.classes[*class].clone()).collect(),
             positions: moved(&self.positions),
             groups: self.groups.map(|(name, values)| (name, moved(&values))),
+            official: self.official.map(|(name, marks)| (name, moved(&marks))),
             spans: self.spans.map(|spans| rows.iter().map(|row| spans[*row]).collect()),
             ..self
         }

@@ -19,5 +19,6 @@ pub(crate) mod names_file;
 )))]
 pub(crate) mod not_built;
 pub(crate) mod order;
+pub(crate) mod parts;
 pub(crate) mod roles;
 pub(crate) mod sample;

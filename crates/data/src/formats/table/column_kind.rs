@@ -7,6 +7,7 @@ use crate::formats::table::column_name::{ColumnName, INDEX_WHY};
 use crate::formats::table::number_form::{NumberForm, is_missing};
 use crate::formats::table::options::Clock;
 use crate::formats::table::time_text;
+use std::collections::HashSet;
 
 /// What a column is.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,6 +31,10 @@ pub(crate) struct Disguised {
 
 /// Fewest rows that show that a counter counts.
 const COUNTED: usize = 3;
+/// Fewest rows that show that numbers in another order are those of rows.
+const NUMBERED: usize = 20;
+/// Most rows that are looked at for that.
+const MOST: usize = 1 << 20;
 /// Letters of a cell that a message shows.
 const SHOWN: usize = 40;
 /// Why a column without a cell is no channel.
@@ -77,7 +82,9 @@ impl ColumnCells {
                 self.first_number = number;
             }
             self.numbers += 1;
-            self.counter.add(number);
+            if self.name == ColumnName::Counter {
+                self.counter.add(number);
+            }
             return;
         }
         if is_missing(cell) {
@@ -98,7 +105,7 @@ impl ColumnCells {
         match self.name {
             ColumnName::LeftOut(_) => false,
             ColumnName::Time(_) => self.numbers + self.texts == 0,
-            ColumnName::Counter => self.numbers == 0 || self.counter.counts,
+            ColumnName::Counter => self.numbers == 0 || self.counter.is_open(),
             ColumnName::Open => self.numbers == 0,
         }
     }
@@ -156,7 +163,7 @@ pub fn numbers_columns<'c>(cells: impl Iterator<Item = &'c str>) -> bool {
     }
 }
 
-/// Watches whether numbers count up by one, perhaps from their beginning again.
+/// Watches whether numbers count up by one, perhaps from their beginning again, or are numbers of rows in another order.
 #[derive(Debug)]
 struct Counter {
     first: f64,
@@ -166,16 +173,31 @@ struct Counter {
     count: usize,
     /// Nothing has contradicted it so far.
     counts: bool,
+    /// The numbers so far, while they are whole and none is there twice.
+    numbers: Option<HashSet<i64>>,
 }
 
 impl Default for Counter {
     fn default() -> Self {
-        Self { first: 0.0, last: 0.0, has_risen: false, count: 0, counts: true }
+        Self {
+            first: 0.0,
+            last: 0.0,
+            has_risen: false,
+            count: 0,
+            counts: true,
+            numbers: Some(HashSet::new()),
+        }
     }
 }
 
 impl Counter {
     fn add(&mut self, number: f64) {
+        if let Some(numbers) = self.numbers.as_mut().filter(|numbers| numbers.len() < MOST) {
+            let is_whole = number.fract() == 0.0 && number.abs() < 1e15;
+            if !(is_whole && numbers.insert(number as i64)) {
+                self.numbers = None;
+            }
+        }
         if !self.counts {
             return;
         }
@@ -190,8 +212,19 @@ impl Counter {
         self.count += 1;
     }
 
+    fn is_open(&self) -> bool {
+        self.counts || self.numbers.as_ref().is_some_and(|numbers| numbers.len() < MOST)
+    }
+
     fn is_index(&self) -> bool {
-        self.counts && self.count >= COUNTED
+        self.counts && self.count >= COUNTED || self.is_shuffled()
+    }
+
+    /// Checks whether the numbers are those of rows that were mixed, perhaps the half of them.
+    fn is_shuffled(&self) -> bool {
+        let Some(numbers) = &self.numbers else { return false };
+        let (Some(least), Some(most)) = (numbers.iter().min(), numbers.iter().max()) else { return false };
+        numbers.len() >= NUMBERED && (most - least) as usize <= 2 * numbers.len()
     }
 }
 
@@ -247,6 +280,14 @@ mod tests {
             assert_eq!(kind("index", cells), ColumnKind::Channel, "a finger: {cells:?}");
         }
         assert_eq!(kind("force", &["1", "2", "3"]), ColumnKind::Channel, "by its numbers alone");
+        // Rows that were mixed keep their numbers.
+        let mixed = |step: usize| (0..20).map(|at| (7 * at % 20 * step).to_string()).collect::<Vec<_>>();
+        let of = |cells: &[String]| kind("index", &cells.iter().map(String::as_str).collect::<Vec<_>>());
+        assert_eq!(of(&mixed(1)), ColumnKind::LeftOut(INDEX_WHY));
+        assert_eq!(of(&mixed(2)), ColumnKind::LeftOut(INDEX_WHY), "half of the rows");
+        assert_eq!(of(&mixed(1)[..19]), ColumnKind::Channel, "few rows");
+        assert_eq!(of(&mixed(3)), ColumnKind::Channel, "far apart");
+        assert_eq!(of(&[mixed(1), vec!["3".into()]].concat()), ColumnKind::Channel, "one is there twice");
     }
 
     #[test]
