@@ -449,7 +449,13 @@ fn a_table_is_checked_and_converted() {
     assert_eq!(card("set.npz", &["--max-values", "12"])["digest"], table["digest"]);
     let error = refused(&["data", "check", text(&csv), "--table", "tall"]);
     assert!(error.contains("\"tall\" is neither long nor wide"), "{error}");
-    assert!(refused(&["data", "check", text(&csv)]).contains("has no column \"label\"; name one with y"));
+    let error = refused(&["data", "check", text(&csv)]);
+    assert!(
+        error.contains("has a column \"stamp\" but none that says which recording a row belongs to"),
+        "{error}"
+    );
+    let error = refused(&["data", "check", text(&csv), "--table", "recording=grasp"]);
+    assert!(error.contains("has no column \"label\"; name one with y"), "{error}");
 }
 
 /// Every file of a run folder that equal runs share, by name.

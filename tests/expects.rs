@@ -1,4 +1,4 @@
-//! What a model expects of recordings: unit, rate, full scale, layout and the range of each channel.
+//! Compares recordings with what a model expects of them: unit, rate, full scale, layout and the range of each channel.
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
@@ -19,7 +19,8 @@ static TRAINED: LazyLock<(TempDir, PathBuf)> = LazyLock::new(|| {
         &at("mv.classes.json"),
         &[("unit", json!("mV")), ("rate", json!(100.0)), ("full_scale", json!(1023.0))],
     );
-    let config = "name = \"c\"\nbaselines = [\"k-nn\"]\n[data]\npath = \"mv.npz\"\n";
+    let config =
+        "name = \"c\"\nbaselines = [\"k-nn\"]\n[data]\npath = \"mv.npz\"\n[[networks]]\nname = \"mlp\"\n";
     fs::write(at("c.toml"), config).unwrap();
     let model = at("m.safetensors");
     run(&["fit", text(&at("c.toml")), "--network", "k-nn", "--output", text(&model)]);
@@ -70,14 +71,14 @@ fn recordings(folder: &Path, factor: f32, facts: &[(&str, Value)]) -> PathBuf {
 
 fn predictions(path: &Path, more: &[&str]) -> Vec<Value> {
     let arguments = [&["predict", text(&TRAINED.1), text(path), "--format", "json"][..], more].concat();
-    run(&arguments).0.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+    serde_json::from_str::<Value>(&run(&arguments).0).unwrap()["answers"].as_array().unwrap().clone()
 }
 
 #[test]
 fn a_unit_with_another_prefix_is_converted() {
     let folder = tempfile::tempdir().unwrap();
     let volts = recordings(folder.path(), 1e-3, &[("unit", json!("V")), ("full_scale", json!(1.023))]);
-    let class = |rows: &[Value]| rows.iter().map(|row| row["class"].clone()).collect::<Vec<_>>();
+    let class = |rows: &[Value]| rows.iter().map(|row| row["predicted"]["class"].clone()).collect::<Vec<_>>();
     let trained = predictions(&TRAINED.0.path().join("mv.npz"), &[]);
     assert_eq!(class(&predictions(&volts, &[])), class(&trained));
     let (_, said) = run(&["predict", text(&TRAINED.1), text(&volts)]);

@@ -1,4 +1,4 @@
-//! What recordings say of themselves beside what a model was trained on.
+//! Compares what recordings say of themselves with what a model was trained on.
 
 use crate::dataset::sample_spec::SampleSpec;
 use crate::recordings::RecordingFacts;
@@ -31,7 +31,7 @@ impl Display for FactDifference {
 /// The result of comparing recordings with those of a training. Facts that one of them does not know are not compared.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct FactComparison {
-    /// What brings the values to the unit of the training, where the two differ by a power of ten alone.
+    /// Brings the values to the unit of the training, where the two differ by a power of ten alone.
     pub unit: Option<UnitFactor>,
     /// All that cannot be brought to what the model reads.
     pub differences: Vec<FactDifference>,

@@ -20,7 +20,7 @@ use ndarray::ArrayD;
 use std::path::Path;
 use taxel_base::Layout;
 
-/// What the files of recordings say of them, before a model or an option says more.
+/// Facts about recordings that their files say, before a model or an option says more.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct RecordingFacts {
     /// Type of the stored values, such as `<f4`, `csv` or `png/jpeg u8`.
@@ -67,7 +67,7 @@ pub struct Recordings {
     pub starts: Option<Vec<usize>>,
     /// Names of each sample's classes `[N][attributes]`; none without labels.
     pub truth: Option<Vec<Vec<String>>>,
-    /// What their files say.
+    /// The facts that their files say.
     pub facts: RecordingFacts,
 }
 

@@ -1,6 +1,6 @@
 //! Finds channels whose signal is lost where numbers of 64 bits become f32.
 //!
-//! f32 holds seven digits. A signal of 0.01 on an offset of a million is rounded away, and what stays looks like steps.
+//! f32 holds seven digits. A signal of 0.01 on an offset of a million is rounded away, and the rest looks like steps.
 
 use std::fmt::{self, Display, Formatter};
 

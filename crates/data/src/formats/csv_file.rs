@@ -94,7 +94,7 @@ struct CsvSet {
     left_out: Vec<String>,
 }
 
-/// What all files have in common with the first.
+/// The first file, with which all others have this in common.
 struct FirstFile {
     file: String,
     /// Names of the channels; empty without a header.

@@ -19,7 +19,7 @@ const ALIKE: std::ops::RangeInclusive<f64> = 0.75..=1.25;
 const WRAPS: [(f64, u32); 4] = [(U32, 32), (U32 / 1e3, 32), (U32 / 1e6, 32), (65536.0, 16)];
 const U32: f64 = 4294967296.0;
 
-/// What was done about the stamps of some recordings, for the card.
+/// Counts of the stamps of some recordings that were mended, for the card.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) struct Mended {
     /// Time steps, those that were dropped included.

@@ -127,7 +127,7 @@ pub struct TrainedOn {
     pub part: TrainingPart,
     /// Seed of every random choice.
     pub seed: u64,
-    /// What the raw values of each channel were; empty in a model of an older version.
+    /// Ranges of the raw values, channel by channel; empty in a model of an older version.
     #[serde(default, skip_serializing_if = "Ranges::is_empty")]
     pub ranges: Ranges,
 }

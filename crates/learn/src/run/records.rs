@@ -206,7 +206,7 @@ pub struct Timing {
     /// From the raw sample to the answer, batch 1, one thread; measured once per network, on its first fold.
     #[serde(rename = "whole_latency", skip_serializing_if = "Option::is_none")]
     pub latency: Option<Latency>,
-    /// What older versions measured in its place: networks without their encoding, baselines with it.
+    /// The latency of older versions: networks without their encoding, baselines with it.
     #[serde(rename = "latency", skip_serializing)]
     pub latency_without_encoding: Option<Latency>,
 }

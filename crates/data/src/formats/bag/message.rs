@@ -37,7 +37,7 @@ pub(crate) struct Decoder {
     pub depth: Option<u8>,
 }
 
-/// What messages of a topic hold.
+/// Content of the messages of a topic.
 #[derive(Debug)]
 enum Measurement {
     /// Numbers, by their type.

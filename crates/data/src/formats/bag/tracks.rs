@@ -27,7 +27,7 @@ pub(crate) struct Track {
     pub names: Vec<String>,
     /// Bits of a pixel.
     pub depth: Option<u8>,
-    /// What was done about its stamps.
+    /// Its stamps that were mended.
     pub mended: Mended,
     /// Numbers that are no channels, and why.
     pub left_out: Vec<String>,

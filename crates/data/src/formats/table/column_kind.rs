@@ -9,7 +9,7 @@ use crate::formats::table::options::Clock;
 use crate::formats::table::time_text;
 use std::collections::HashSet;
 
-/// What a column is.
+/// The kind of a column.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum ColumnKind {
     Time(Clock),
@@ -31,6 +31,8 @@ pub(crate) struct Disguised {
 
 /// Fewest rows that show that a counter counts.
 const COUNTED: usize = 3;
+/// A counter leaps once in so many rows at most.
+const LEAPS: usize = 5;
 /// Fewest rows that show that numbers in another order are those of rows.
 const NUMBERED: usize = 20;
 /// Most rows that are looked at for that.
@@ -163,68 +165,73 @@ pub fn numbers_columns<'c>(cells: impl Iterator<Item = &'c str>) -> bool {
     }
 }
 
-/// Watches whether numbers count up by one, perhaps from their beginning again, or are numbers of rows in another order.
+/// Watches whether numbers count up by one: from their beginning again, or with a few leaps where other recordings begin or
+/// rows are lost; or whether they number rows that were mixed.
 #[derive(Debug)]
 struct Counter {
     first: f64,
     last: f64,
-    /// It went up once.
-    has_risen: bool,
     count: usize,
-    /// Nothing has contradicted it so far.
-    counts: bool,
-    /// The numbers so far, while they are whole and none is there twice.
+    /// Number of steps by one.
+    rises: usize,
+    is_whole: bool,
+    /// All other steps lead back to the first number.
+    is_exact: bool,
+    /// The first numbers, while they are whole and none is there twice.
     numbers: Option<HashSet<i64>>,
 }
 
 impl Default for Counter {
     fn default() -> Self {
-        Self {
-            first: 0.0,
-            last: 0.0,
-            has_risen: false,
-            count: 0,
-            counts: true,
-            numbers: Some(HashSet::new()),
-        }
+        let numbers = Some(HashSet::new());
+        Self { first: 0.0, last: 0.0, count: 0, rises: 0, is_whole: true, is_exact: true, numbers }
     }
 }
 
 impl Counter {
     fn add(&mut self, number: f64) {
+        self.is_whole &= number.fract() == 0.0;
         if let Some(numbers) = self.numbers.as_mut().filter(|numbers| numbers.len() < MOST) {
-            let is_whole = number.fract() == 0.0 && number.abs() < 1e15;
-            if !(is_whole && numbers.insert(number as i64)) {
+            let is_new = self.is_whole && number.abs() < 1e15 && numbers.insert(number as i64);
+            if !is_new {
                 self.numbers = None;
             }
         }
-        if !self.counts {
-            return;
-        }
         if self.count == 0 {
-            (self.first, self.counts) = (number, number.fract() == 0.0);
+            self.first = number;
+        } else if number - self.last == 1.0 {
+            self.rises += 1;
         } else {
-            let rises = number - self.last == 1.0;
-            self.counts = rises || self.has_risen && number == self.first;
-            self.has_risen |= rises;
+            self.is_exact &= self.rises > 0 && number == self.first;
         }
         self.last = number;
         self.count += 1;
     }
 
+    /// Counts the steps that are not by one.
+    fn leaps(&self) -> usize {
+        self.count.saturating_sub(1 + self.rises)
+    }
+
+    /// Checks whether further numbers may make it an index.
     fn is_open(&self) -> bool {
-        self.counts || self.numbers.as_ref().is_some_and(|numbers| numbers.len() < MOST)
+        let may_be_mixed = self.numbers.as_ref().is_some_and(|numbers| numbers.len() < MOST);
+        let may_count = self.is_exact || self.count < LEAPS || self.leaps() <= self.rises;
+        self.is_whole && (may_be_mixed || may_count)
     }
 
     fn is_index(&self) -> bool {
-        self.counts && self.count >= COUNTED || self.is_shuffled()
+        let is_mostly = LEAPS * self.leaps() <= self.count;
+        self.is_whole && self.count >= COUNTED && (self.is_exact || is_mostly) || self.is_mixed()
     }
 
-    /// Checks whether the numbers are those of rows that were mixed, perhaps the half of them.
-    fn is_shuffled(&self) -> bool {
-        let Some(numbers) = &self.numbers else { return false };
-        let (Some(least), Some(most)) = (numbers.iter().min(), numbers.iter().max()) else { return false };
-        numbers.len() >= NUMBERED && (most - least) as usize <= 2 * numbers.len()
+    /// Checks whether the numbers are those of rows in another order, or of the half of them.
+    fn is_mixed(&self) -> bool {
+        let Some(numbers) = self.numbers.as_ref().filter(|numbers| numbers.len() >= NUMBERED) else {
+            return false;
+        };
+        let (least, most) = (numbers.iter().min(), numbers.iter().max());
+        least.zip(most).is_some_and(|(least, most)| most - least <= 2 * numbers.len() as i64)
     }
 }
 
@@ -266,7 +273,12 @@ mod tests {
 
     #[test]
     fn a_counter_is_an_index_where_it_counts() {
-        for cells in [&["7", "8", "9"][..], &["0", "1", "2", "0", "1"]] {
+        for cells in [
+            &["7", "8", "9"][..],
+            &["0", "1", "2", "0", "1"],
+            &["0", "1", "2", "3", "4", "9", "10", "11", "12", "13"],
+            &["1", "2", "3", "4", "6", "7", "8"],
+        ] {
             assert_eq!(kind("index", cells), ColumnKind::LeftOut(INDEX_WHY), "{cells:?}");
         }
         for cells in [
@@ -274,6 +286,7 @@ mod tests {
             &["1", "2"],
             &["8", "10", "12"],
             &["1", "2", "4"],
+            &["0", "1", "2", "0", "1", "2", "5"],
             &["3", "2", "1"],
             &["1", "1", "1"],
         ] {

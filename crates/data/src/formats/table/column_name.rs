@@ -2,7 +2,7 @@
 
 use crate::formats::table::options::Clock;
 
-/// What the name of a column says of it, in every reader alike.
+/// The kind of a column as far as its name says it, in every reader alike.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ColumnName {
     /// Time stamps, with their unit where the name ends in one: `time_ms`, `timestamp`, `header.stamp`.
