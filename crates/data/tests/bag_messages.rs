@@ -53,7 +53,10 @@ fn json_messages_are_read_by_key() {
 fn time_and_indices_in_messages_are_no_channels() {
     let text = |at: usize, t: usize| {
         let running = 6 * at + t;
-        format!("{{\"seq\": {running}, \"about\": {{\"time\": {running}.5, \"id\": 7}}, \"index\": {}, \"a\": {t}}}", 9 - t)
+        format!(
+            "{{\"seq\": {running}, \"about\": {{\"time\": {running}.5, \"id\": 7}}, \"index\": {}, \"a\": {t}}}",
+            9 - t
+        )
     };
     let root = set(None, |at| json(&(0..6).map(|t| text(at, t)).collect::<Vec<_>>()));
     let data = load(root.path(), &ReadOptions::default()).unwrap();

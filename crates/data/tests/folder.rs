@@ -412,5 +412,9 @@ fn folders_of_a_split_are_parts_and_no_classes() {
     let classes = [("train/1.csv", "1\n"), ("test/1.csv", "2\n")];
     assert!(refused(&classes).starts_with("train: is a part of a split, and holds no class folders"));
     let beside = [("train/a/1.csv", "1\n"), ("test/a/1.csv", "2\n"), ("cup/1.csv", "2\n")];
-    assert!(refused(&beside).starts_with("cup: lies beside folders called train and test"), "{}", refused(&beside));
+    assert!(
+        refused(&beside).starts_with("cup: lies beside folders called train and test"),
+        "{}",
+        refused(&beside)
+    );
 }

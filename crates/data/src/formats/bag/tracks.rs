@@ -91,7 +91,9 @@ impl Track {
         let is_kept = |at: usize| -> Result<(), &'static str> {
             let name = &self.names[at];
             let is_of_model = |wanted: &String| {
-                wanted.strip_suffix(name.as_str()).is_some_and(|topic| topic.is_empty() || topic.ends_with('.'))
+                wanted
+                    .strip_suffix(name.as_str())
+                    .is_some_and(|topic| topic.is_empty() || topic.ends_with('.'))
             };
             // Of a list no number has a name of its own.
             if name.ends_with(']') || model.iter().any(is_of_model) {
@@ -208,7 +210,8 @@ pub(crate) fn tracks(bag: &Path, chosen: &[String], options: &ReadOptions, most:
             refuse(format!("{count} of topic {chosen} {TOO_MANY}; {how}"))
         })?;
         // Who names a field means it.
-        let track = if *chosen == track.topic { track.without_counters(&options.channel_names) } else { track };
+        let track =
+            if *chosen == track.topic { track.without_counters(&options.channel_names) } else { track };
         if track.values.is_empty() {
             return Err(refuse(format!(
                 "topic {chosen} holds no channel: {}; name a field of it with topics",
