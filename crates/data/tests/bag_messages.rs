@@ -50,6 +50,35 @@ fn json_messages_are_read_by_key() {
 }
 
 #[test]
+fn time_and_indices_in_messages_are_no_channels() {
+    let text = |at: usize, t: usize| {
+        let running = 6 * at + t;
+        format!(
+            "{{\"seq\": {running}, \"about\": {{\"time\": {running}.5, \"id\": 7}}, \"index\": {}, \"a\": {t}}}",
+            9 - t
+        )
+    };
+    let root = set(None, |at| json(&(0..6).map(|t| text(at, t)).collect::<Vec<_>>()));
+    let data = load(root.path(), &ReadOptions::default()).unwrap();
+    assert_eq!(data.spec.channel_names, ["index", "a"], "a finger does not count");
+    assert_eq!((data.x[[1, 0, 2]], data.x[[1, 1, 2]]), (7.0, 2.0));
+    let ignored = check(root.path()).unwrap().ignored.join("; ");
+    assert_eq!(
+        ignored,
+        "seq of topic /skin (an index); about.time of topic /skin (time); about.id of topic /skin (an index)"
+    );
+    // Who names a field means it; a model reads what it was trained on.
+    let seq = ReadOptions { topics: vec!["/skin.seq".into()], ..ReadOptions::default() };
+    assert_eq!(load(root.path(), &seq).unwrap().x[[1, 0, 0]], 6.0);
+    let model = ReadOptions { channel_names: vec!["a".into(), "seq".into()], ..ReadOptions::default() };
+    let one = recordings(&root.path().join("egg_1.mcap"), &model, 2).unwrap();
+    assert_eq!((one.x[[0, 0, 1]], one.x[[0, 1, 1]]), (1.0, 13.0));
+    let alone = set(None, |_| json(&(0..6).map(|t| format!("{{\"seq\": {t}}}")).collect::<Vec<_>>()));
+    let message = refused(alone.path(), &ReadOptions::default());
+    assert!(message.contains("topic /skin holds no channel: seq of topic /skin (an index)"), "{message}");
+}
+
+#[test]
 fn keys_that_are_missing_new_or_doubled_are_named() {
     for (odd, wanted) in [
         ("{\"a\": 1}", "message 2 has no number \"b\""),

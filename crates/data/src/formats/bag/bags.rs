@@ -63,6 +63,8 @@ struct BagRecording {
     names: Vec<String>,
     /// Bits of a pixel.
     depth: Option<u8>,
+    /// Numbers that are no channels, and why.
+    left_out: Vec<String>,
 }
 
 /// Reads the bags that were `found` below `root`.
@@ -140,6 +142,7 @@ fn collected(
     let mut read_as = vec![described(&topics, &all, &timed.rows, options)];
     read_as.extend(mended.said());
     let (names, depth) = all.first().map_or((vec![], None), |one| (one.names.clone(), one.depth));
+    let ignored = all.first().map_or(vec![], |one| one.left_out.clone());
     if let Some(other) = all.iter().find(|one| one.depth != depth) {
         let why = "has images of other bits than the first bag; record one kind of pixels";
         return Err(Error::file(format!("{file}/{}", other.name), why));
@@ -166,6 +169,7 @@ fn collected(
         topics,
         channel_names: names,
         depth,
+        ignored,
         ..Recorded::of(x, dtype, Some(layout), origins)
     })
 }
@@ -324,7 +328,8 @@ fn joined(
         if topics.len() == 1 { track.names.clone() } else { track.names.iter().map(below).collect() }
     };
     let names = tracks.iter().flat_map(named).collect();
-    Ok(BagRecording { name, shape, channels, unmatched, names, depth })
+    let left_out = tracks.iter().flat_map(|track| track.left_out.clone()).collect();
+    Ok(BagRecording { name, shape, channels, unmatched, names, depth, left_out })
 }
 
 /// Interpolates `tracks`, whose messages lie `at` their times, at common `times`: `out` is `[times, width]`.

@@ -7,6 +7,7 @@ use crate::formats::bag::message::Decoder;
 use crate::formats::bag::path::parts;
 use crate::formats::bag::topics::{Count, counted, described};
 use crate::formats::stamps::{Mended, TOO_MANY};
+use crate::formats::table::column_kind::{ColumnCells, ColumnKind};
 use crate::options::ReadOptions;
 use crate::{Error, Result};
 use std::path::Path;
@@ -28,6 +29,8 @@ pub(crate) struct Track {
     pub depth: Option<u8>,
     /// Its stamps that were mended.
     pub mended: Mended,
+    /// Numbers that are no channels, and why.
+    pub left_out: Vec<String>,
 }
 
 impl Track {
@@ -77,6 +80,52 @@ impl Track {
         self.mended = Mended { steps, repeated: steps - kept, wraps: 0 };
         self.mended.checked()?;
         Ok(self)
+    }
+
+    /// Leaves out time and indices, as columns of a table are; not what a model reads.
+    fn without_counters(mut self, model: &[String]) -> Self {
+        let width = self.names.len();
+        if self.shape.len() != 1 || width == 0 {
+            return self;
+        }
+        let is_kept = |at: usize| -> Result<(), &'static str> {
+            let name = &self.names[at];
+            let is_of_model = |wanted: &String| {
+                wanted
+                    .strip_suffix(name.as_str())
+                    .is_some_and(|topic| topic.is_empty() || topic.ends_with('.'))
+            };
+            // Of a list no number has a name of its own.
+            if name.ends_with(']') || model.iter().any(is_of_model) {
+                return Ok(());
+            }
+            let mut cells = ColumnCells::new(name.rsplit('.').next());
+            for (row, values) in self.values.chunks_exact(width).enumerate() {
+                cells.add(row as u64, "", Some(values[at].into()));
+                if !cells.is_open() {
+                    break;
+                }
+            }
+            match cells.kind() {
+                ColumnKind::Time(_) => Err("time"),
+                ColumnKind::LeftOut(why) => Err(why),
+                _ => Ok(()),
+            }
+        };
+        let kept: Vec<Result<(), &'static str>> = (0..width).map(is_kept).collect();
+        let channels: Vec<usize> = (0..width).filter(|at| kept[*at].is_ok()).collect();
+        if channels.len() == width {
+            return self;
+        }
+        let left = |(name, kept): (&String, &Result<(), &'static str>)| {
+            kept.err().map(|why| format!("{} of topic {} ({why})", name, self.topic))
+        };
+        self.left_out = self.names.iter().zip(&kept).filter_map(left).collect();
+        let message = |values: &[f32]| channels.iter().map(|at| values[*at]).collect::<Vec<f32>>();
+        self.values = self.values.chunks_exact(width).flat_map(message).collect();
+        self.names = channels.iter().map(|at| self.names[*at].clone()).collect();
+        self.shape = vec![channels.len()];
+        self
     }
 
     /// Brings the channels into the order of those of another bag, where there are as many.
@@ -155,11 +204,21 @@ pub(crate) fn tracks(bag: &Path, chosen: &[String], options: &ReadOptions, most:
             let name = track.names.get(lossy.channel).map_or("", String::as_str);
             return Err(refuse(format!("topic {chosen}: {name} {lossy}, choosing other fields with topics")));
         }
-        out.push(track.sorted().without_repeats().map_err(|count| {
+        let track = track.sorted().without_repeats().map_err(|count| {
             let how =
                 "give each sensor a topic of its own, and record messages at the time at which they come";
             refuse(format!("{count} of topic {chosen} {TOO_MANY}; {how}"))
-        })?);
+        })?;
+        // Who names a field means it.
+        let track =
+            if *chosen == track.topic { track.without_counters(&options.channel_names) } else { track };
+        if track.values.is_empty() {
+            return Err(refuse(format!(
+                "topic {chosen} holds no channel: {}; name a field of it with topics",
+                track.left_out.join(", ")
+            )));
+        }
+        out.push(track);
     }
     Ok(out)
 }

@@ -7,6 +7,7 @@ use crate::formats::table::column_name::{ColumnName, INDEX_WHY};
 use crate::formats::table::number_form::{NumberForm, is_missing};
 use crate::formats::table::options::Clock;
 use crate::formats::table::time_text;
+use std::collections::HashSet;
 
 /// The kind of a column.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,6 +33,10 @@ pub(crate) struct Disguised {
 const COUNTED: usize = 3;
 /// A counter leaps once in so many rows at most.
 const LEAPS: usize = 5;
+/// Fewest rows that show that numbers in another order are those of rows.
+const NUMBERED: usize = 20;
+/// Most rows that are looked at for that.
+const MOST: usize = 1 << 20;
 /// Letters of a cell that a message shows.
 const SHOWN: usize = 40;
 /// Why a column without a cell is no channel.
@@ -79,7 +84,9 @@ impl ColumnCells {
                 self.first_number = number;
             }
             self.numbers += 1;
-            self.counter.add(number);
+            if self.name == ColumnName::Counter {
+                self.counter.add(number);
+            }
             return;
         }
         if is_missing(cell) {
@@ -159,7 +166,7 @@ pub fn numbers_columns<'c>(cells: impl Iterator<Item = &'c str>) -> bool {
 }
 
 /// Watches whether numbers count up by one: from their beginning again, or with a few leaps where other recordings begin or
-/// rows are lost.
+/// rows are lost; or whether they number rows that were mixed.
 #[derive(Debug)]
 struct Counter {
     first: f64,
@@ -170,17 +177,26 @@ struct Counter {
     is_whole: bool,
     /// All other steps lead back to the first number.
     is_exact: bool,
+    /// The first numbers, while they are whole and none is there twice.
+    numbers: Option<HashSet<i64>>,
 }
 
 impl Default for Counter {
     fn default() -> Self {
-        Self { first: 0.0, last: 0.0, count: 0, rises: 0, is_whole: true, is_exact: true }
+        let numbers = Some(HashSet::new());
+        Self { first: 0.0, last: 0.0, count: 0, rises: 0, is_whole: true, is_exact: true, numbers }
     }
 }
 
 impl Counter {
     fn add(&mut self, number: f64) {
         self.is_whole &= number.fract() == 0.0;
+        if let Some(numbers) = self.numbers.as_mut().filter(|numbers| numbers.len() < MOST) {
+            let is_new = self.is_whole && number.abs() < 1e15 && numbers.insert(number as i64);
+            if !is_new {
+                self.numbers = None;
+            }
+        }
         if self.count == 0 {
             self.first = number;
         } else if number - self.last == 1.0 {
@@ -199,12 +215,23 @@ impl Counter {
 
     /// Checks whether further numbers may make it an index.
     fn is_open(&self) -> bool {
-        self.is_whole && (self.is_exact || self.count < LEAPS || self.leaps() <= self.rises)
+        let may_be_mixed = self.numbers.as_ref().is_some_and(|numbers| numbers.len() < MOST);
+        let may_count = self.is_exact || self.count < LEAPS || self.leaps() <= self.rises;
+        self.is_whole && (may_be_mixed || may_count)
     }
 
     fn is_index(&self) -> bool {
         let is_mostly = LEAPS * self.leaps() <= self.count;
-        self.is_whole && self.count >= COUNTED && (self.is_exact || is_mostly)
+        self.is_whole && self.count >= COUNTED && (self.is_exact || is_mostly) || self.is_mixed()
+    }
+
+    /// Checks whether the numbers are those of rows in another order, or of the half of them.
+    fn is_mixed(&self) -> bool {
+        let Some(numbers) = self.numbers.as_ref().filter(|numbers| numbers.len() >= NUMBERED) else {
+            return false;
+        };
+        let (least, most) = (numbers.iter().min(), numbers.iter().max());
+        least.zip(most).is_some_and(|(least, most)| most - least <= 2 * numbers.len() as i64)
     }
 }
 
@@ -266,6 +293,14 @@ mod tests {
             assert_eq!(kind("index", cells), ColumnKind::Channel, "a finger: {cells:?}");
         }
         assert_eq!(kind("force", &["1", "2", "3"]), ColumnKind::Channel, "by its numbers alone");
+        // Rows that were mixed keep their numbers.
+        let mixed = |step: usize| (0..20).map(|at| (7 * at % 20 * step).to_string()).collect::<Vec<_>>();
+        let of = |cells: &[String]| kind("index", &cells.iter().map(String::as_str).collect::<Vec<_>>());
+        assert_eq!(of(&mixed(1)), ColumnKind::LeftOut(INDEX_WHY));
+        assert_eq!(of(&mixed(2)), ColumnKind::LeftOut(INDEX_WHY), "half of the rows");
+        assert_eq!(of(&mixed(1)[..19]), ColumnKind::Channel, "few rows");
+        assert_eq!(of(&mixed(3)), ColumnKind::Channel, "far apart");
+        assert_eq!(of(&[mixed(1), vec!["3".into()]].concat()), ColumnKind::Channel, "one is there twice");
     }
 
     #[test]
