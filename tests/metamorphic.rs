@@ -166,9 +166,9 @@ fn is_text(form: Form) -> bool {
 /// Checks whether the channels of a form have names.
 fn has_names(form: Form) -> bool {
     match form {
-        Form::Arrays(_) | Form::Wide(_) | Form::Long(_) | Form::LeRobot => true,
+        Form::Arrays(_) | Form::Halves | Form::Wide(_) | Form::Long(_) | Form::LeRobot => true,
         Form::Files(ending, _) => ["csv", "jsonl", "ndjson", "mcap"].contains(&ending),
-        Form::Halves | Form::Pair(_) | Form::Pictures(_) => false,
+        Form::Pair(_) | Form::Pictures(_) => false,
     }
 }
 
@@ -260,8 +260,12 @@ fn fault(fitted: &Fitted, form: Form, change: &Change) -> Option<String> {
     let direct = judged(fitted.predict(&path, &arguments)).map(|why| format!("{}: {why}", change.what));
     direct.or_else(|| {
         let output = folder.path().join("converted.npz");
-        let convert = ["data".into(), "convert".into(), text(&path), "--output".into(), text(&output)];
-        let converted = taxel(&[&convert[..], &arguments].concat());
+        let mut convert =
+            vec!["data".into(), "convert".into(), text(&path), "--output".into(), text(&output)];
+        if matches!(form, Form::Wide(_) | Form::Long(_)) && change.set.marks.is_some() {
+            convert.extend(["--test", "marks"].map(String::from));
+        }
+        let converted = taxel(&[convert, arguments].concat());
         let why = match converted {
             Err(error) => Some(format!("cannot be converted: {error}")),
             Ok(_) => judged(fitted.predict(&output, &[])),

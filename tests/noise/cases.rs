@@ -154,7 +154,7 @@ fn plain(form: Form, layout: Layout, plan: Plan) -> Set {
     if matches!(form, Form::Pair("tsv" | "txt")) {
         shape[0] = 1;
     }
-    with_roles(noise(&format!("{form:?} {plan:?}"), layout, &shape, SAMPLES), form, plan)
+    with_roles(noise(&format!("{form:?} {layout:?} {plan:?}"), layout, &shape, SAMPLES), form, plan)
 }
 
 /// Gives a set the groups and marks that its form or protocol needs.
@@ -314,7 +314,10 @@ fn columns(cases: &mut Vec<Case>) {
             if form == Form::LeRobot { "observation.thumb" } else { "thumb" },
             Some(0.01),
         ));
-        cases.push(Case::new(form, Plan::KFold, set).trap("control: running \"thumb\"", &[May::Bite]));
+        cases.push(
+            Case::new(form, Plan::KFold, set)
+                .trap("control: running \"thumb\"", &[May::Bite, May::Say("shortcut")]),
+        );
     }
     // The columns are numbered as pandas does.
     for form in [Form::Files("csv", By::Class), Form::Wide("csv"), Form::Long("csv")] {

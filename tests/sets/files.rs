@@ -158,12 +158,15 @@ impl Form {
         let mut rows: Vec<usize> = (0..set.len()).collect();
         let part = |row: usize| set.marks.as_ref().map_or(0, |marks| marks[row]);
         let day = |row: usize| set.groups.as_ref().map_or(0, |groups| groups[row]);
+        let is_described = !matches!(self, Form::Files(ending, _) if is_plain(set, ending));
+        // Classes by their names, or as `labels.json` lists them.
+        let class = |row: usize| if is_described { (set.y[row], "") } else { (0, set.class(row)) };
         match self {
             Form::Files(_, By::Session) | Form::Pictures(By::Session) => {
-                rows.sort_by_key(|row| (set.class(*row), day(*row)));
+                rows.sort_by_key(|row| (class(*row), day(*row)));
             }
             Form::Files(_, By::Class | By::Name) | Form::Pictures(By::Class | By::Name) => {
-                rows.sort_by_key(|row| set.class(*row));
+                rows.sort_by_key(|row| class(*row));
             }
             Form::Files(..) | Form::Pictures(_) => {}
             Form::Halves | Form::Pair(_) => rows.sort_by_key(|row| part(*row)),
@@ -195,6 +198,11 @@ impl Form {
 
 fn folder(by: By) -> &'static str {
     if by == By::Table { "folder with a table" } else { "folder of recordings" }
+}
+
+/// Checks whether recordings say all of themselves, without a file beside them.
+fn is_plain(set: &Set, ending: &str) -> bool {
+    matches!((set.layout, ending), (Layout::Series, _) | (_, "png" | "jpg" | "jpeg"))
 }
 
 /// Writes what is known of the samples beside them.
@@ -273,8 +281,7 @@ fn files(set: &Set, by: By, ending: &str, root: &Path, put: &dyn Fn(usize, &Path
     if by == By::Table {
         fs::write(root.join("labels.csv"), table).unwrap();
     }
-    let is_plain = matches!((set.layout, ending), (Layout::Series, _) | (_, "png" | "jpg" | "jpeg"));
-    if !is_plain {
+    if !is_plain(set, ending) {
         describe(set, root);
     }
     (root.to_path_buf(), String::new())

@@ -18,8 +18,8 @@ pub(crate) struct Voters {
     /// The same with mean 0 and SD 1 in each number.
     pub table: Vec<Vec<f64>>,
     pub classes: Vec<u32>,
-    /// Samples of one unit do not vote for each other.
-    units: Vec<u32>,
+    /// Group and copies of each sample: who shares one of them does not vote.
+    units: Vec<[u32; 2]>,
     /// Share of the largest class, 0..1.
     pub chance: f64,
     /// Whether units are groups.
@@ -53,13 +53,14 @@ impl Voters {
         standardise(&mut table);
         let several = |groups: &&[u32]| groups.windows(2).any(|pair| pair[0] != pair[1]);
         let groups = groups.filter(|groups| groups.len() == y.len()).filter(several);
-        let units = groups.or(copies.filter(|copies| copies.len() == y.len()));
+        let copies = copies.filter(|copies| copies.len() == y.len());
+        let of = |units: Option<&[u32]>, row: usize| units.map_or(row as u32, |units| units[row]);
         Some(Self {
             names,
             as_measured,
             table,
             classes: rows.iter().map(|row| y[*row]).collect(),
-            units: rows.iter().map(|row| units.map_or(*row as u32, |units| units[*row])).collect(),
+            units: rows.iter().map(|row| [of(groups, *row), of(copies, *row)]).collect(),
             chance: largest as f64 / rows.len() as f64,
             by_group: groups.is_some(),
         })
@@ -69,7 +70,9 @@ impl Voters {
     pub fn accuracy(&self, table: &[Vec<f64>]) -> f64 {
         let all = 0..table.len();
         let right = all.clone().filter(|&at| {
-            let others = all.clone().filter(|&other| self.units[other] != self.units[at]);
+            let is_other =
+                |other: &usize| (0..2).all(|unit| self.units[*other][unit] != self.units[at][unit]);
+            let others = all.clone().filter(is_other);
             vote(table, at, others.map(|other| (other, self.classes[other]))) == Some(self.classes[at])
         });
         right.count() as f64 / table.len() as f64

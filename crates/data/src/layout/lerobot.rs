@@ -58,7 +58,8 @@ impl Reader for LeRobot {
             return Err(Error::NoSamples { at: file });
         }
         let features = Features::read(path, &options.limits)?;
-        let table = TableText::of_files(file, &files, &options.limits)?.in_order();
+        let mut table = TableText::of_files(file, &files, &options.limits)?.in_order();
+        table.meanings = table.header.iter().map(|column| features.meaning(column, &table.header)).collect();
         let labels = labels_by_episode(path, options)?;
         let columns = with_columns(&table, &features, options, labels.is_some());
         let has_tasks = labels.is_none() && columns.y() == TASK;
@@ -69,7 +70,7 @@ impl Reader for LeRobot {
         if has_tasks {
             name_tasks(&mut raw, path, &options.limits)?;
         }
-        features.account(&mut raw, OBSERVED, options)?;
+        features.account(&mut raw, OBSERVED, &table.header, options)?;
         features.name_channels(&mut raw, &table.header);
         Ok(raw)
     }

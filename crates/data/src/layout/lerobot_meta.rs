@@ -45,11 +45,18 @@ impl Features {
         (is_known || !columns.is_empty()).then_some(columns)
     }
 
-    /// Refuses a feature of numbers below `observed` that is not among the channels, and lists those that are no numbers.
-    pub fn account(&self, raw: &mut Raw, observed: &str, options: &ReadOptions) -> Result<()> {
-        let channels = raw.table.as_ref().map_or(&[][..], |table| &table.columns);
+    /// Refuses a feature of numbers below `observed` that the data do not hold as numbers, and lists those that are none.
+    /// Time and indices among them are no channels.
+    pub fn account(
+        &self,
+        raw: &mut Raw,
+        observed: &str,
+        header: &[String],
+        options: &ReadOptions,
+    ) -> Result<()> {
         for Feature { name, dtype, shape, .. } in &self.all {
-            let is_read = channels.iter().any(|channel| suffix(channel, name).is_some());
+            let mut columns = header.iter().filter(|column| suffix(column, name).is_some());
+            let is_read = columns.any(|column| !raw.others.contains(column));
             let has_a_role =
                 [options.y.as_ref(), options.group.as_ref(), options.test.as_ref()].contains(&Some(name));
             let is_left_out = has_a_role || options.table.ignore.contains(name);
@@ -76,6 +83,12 @@ impl Features {
     pub fn name_channels(&self, raw: &mut Raw, header: &[String]) {
         let Some(table) = &raw.table else { return };
         raw.channel_names = table.columns.iter().map(|column| self.channel_name(column, header)).collect();
+    }
+
+    /// Returns the last part of the name of a channel: `elbow` of `observation.state.elbow`.
+    pub fn meaning(&self, column: &str, header: &[String]) -> String {
+        let name = self.channel_name(column, header);
+        name.rsplit('.').next().unwrap_or(&name).into()
     }
 
     fn channel_name(&self, column: &str, header: &[String]) -> String {

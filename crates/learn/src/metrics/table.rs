@@ -233,7 +233,9 @@ fn balanced_accuracy(task: &Task, outcome: &Outcome) -> Result<f64> {
         let trained = |class: &usize| !outcome.untrained(at).iter().any(|other| *other as usize == *class);
         let classes = attribute.per_level.iter().enumerate();
         let present = classes.filter(|(class, scores)| scores.support > 0 && trained(class));
-        mean_sd(&present.map(|(_, scores)| scores.recall).collect::<Vec<_>>()).0
+        let recalls: Vec<f64> = present.map(|(_, scores)| scores.recall).collect();
+        // Where no class is left, nothing can be right.
+        if recalls.is_empty() { 0.0 } else { mean_sd(&recalls).0 }
     };
     Ok(100.0 * mean_sd(&each.iter().enumerate().map(of_one).collect::<Vec<_>>()).0)
 }

@@ -28,6 +28,12 @@ struct Recordings {
     /// Turns that many consecutive group values, or files of a class folder, into one group.
     #[arg(long, value_name = "N")]
     group_block: Option<u32>,
+    /// The array or column that marks the samples of the official test set: 1, 0 for the others.
+    #[arg(long, value_name = "NAME")]
+    test: Option<String>,
+    /// Takes samples with a mark above this number as the test set.
+    #[arg(long, value_name = "N", requires = "test", allow_negative_numbers = true)]
+    test_above: Option<i64>,
     /// Names of the columns of y [N, k] where they are attributes and not one-hot.
     #[arg(long, value_name = "NAME,NAME", value_delimiter = ',')]
     attributes: Vec<String>,
@@ -92,6 +98,8 @@ impl Recordings {
     fn options(&self) -> taxel_data::ReadOptions {
         taxel_data::ReadOptions {
             group_block: self.group_block,
+            test: self.test.clone(),
+            test_above: self.test_above,
             resize: self.resize,
             attributes: self.attributes.clone(),
             ..self.read_options.clone()

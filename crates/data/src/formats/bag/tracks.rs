@@ -96,7 +96,7 @@ impl Track {
                     .is_some_and(|topic| topic.is_empty() || topic.ends_with('.'))
             };
             // Of a list no number has a name of its own.
-            if name.ends_with(']') || model.iter().any(is_of_model) {
+            if is_of_list(name) || model.iter().any(is_of_model) {
                 return Ok(());
             }
             let mut cells = ColumnCells::new(name.rsplit('.').next());
@@ -221,6 +221,12 @@ pub(crate) fn tracks(bag: &Path, chosen: &[String], options: &ReadOptions, most:
         out.push(track);
     }
     Ok(out)
+}
+
+/// Checks whether a name ends in a place of a list: `data[3]`, and not `Time [s]`.
+fn is_of_list(name: &str) -> bool {
+    let place = name.strip_suffix(']').and_then(|name| name.rsplit_once('['));
+    place.is_some_and(|(_, place)| place.bytes().all(|byte| byte.is_ascii_digit() || byte == b','))
 }
 
 impl ChosenTopic {

@@ -26,6 +26,8 @@ pub(crate) struct TableText {
     pub header: Vec<String>,
     /// The header is in the file.
     pub is_named: bool,
+    /// Names by which it is decided what the columns are, where those of the header say less.
+    pub meanings: Vec<String>,
     /// The file is one recording, of which messages number the columns.
     is_recording: bool,
     /// Rows of a recording follow one another.
@@ -83,7 +85,15 @@ impl TableText {
             files.push(opened);
         }
         let rows = RowSource::Parquet(files);
-        Ok(Self { file, header, is_named: true, is_recording: false, is_in_order: false, rows })
+        Ok(Self {
+            file,
+            header,
+            is_named: true,
+            is_recording: false,
+            is_in_order: false,
+            rows,
+            meanings: vec![],
+        })
     }
 
     /// Opens a table that is text.
@@ -121,7 +131,15 @@ impl TableText {
             return Err(Error::EmptyFile { file });
         }
         let rows = RowSource::Csv { text, separators };
-        Ok(Self { file, header, is_named: true, is_recording: false, is_in_order: false, rows })
+        Ok(Self {
+            file,
+            header,
+            is_named: true,
+            is_recording: false,
+            is_in_order: false,
+            rows,
+            meanings: vec![],
+        })
     }
 
     /// Checks whether the first line of a recording is a header: it has no number, or it numbers the columns.
@@ -246,7 +264,10 @@ impl TableText {
 
     /// Decides what the columns `places` are.
     pub fn kinds(&self, places: &[usize]) -> Result<Vec<ColumnKind>> {
-        let name = |at: &usize| self.is_named.then(|| self.header[*at].as_str());
+        let name = |at: &usize| {
+            let names = if self.meanings.is_empty() { &self.header } else { &self.meanings };
+            self.is_named.then(|| names[*at].as_str())
+        };
         let mut columns: Vec<ColumnCells> = places.iter().map(|at| ColumnCells::new(name(at))).collect();
         self.rows(|row| {
             let mut is_open = false;
