@@ -20,7 +20,7 @@
 //!     .with_groups(&[1, 1, 2, 2, 3, 3])?
 //!     .with_unit("N")
 //!     .with_rate(100.0)?
-//!     .with_full_scale(20.0)?;
+//!     .with_full_scale(100.0)?;
 //! assert_eq!((data.output_names(), data.strata()[0]), (vec!["apple".to_string(), "pear".into()], 1));
 //! assert_eq!(data.source.to_string(), "real: glove");
 //! assert_eq!((data.spec.shape.as_slice(), data.spec.rate), ([5, 50].as_slice(), Some(100.0)));

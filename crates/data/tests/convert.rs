@@ -54,7 +54,7 @@ fn arrays_come_back() {
     let arrays = [("x", samples(4)), ("y", i64s(&[4], &[0, 1, 1, 0])), ("trial", i64s(&[4], &[3, 3, 5, 9]))];
     let path = npz(folder.path(), &arrays);
     let facts = r#"{"classes": ["soft", "hard"], "source": "simulated: pad", "layout": "image", "unit": "N", "rate": 99.5,
-                    "full_scale": 0.1}"#;
+                    "full_scale": 100.1}"#;
     files(folder.path(), &[("labels.json", facts)]);
     let options = ReadOptions { group: Some("trial".into()), ..ReadOptions::default() };
     let blocks = ReadOptions { group_block: Some(2), ..options.clone() };

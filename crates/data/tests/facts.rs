@@ -173,3 +173,32 @@ fn a_reading_is_written_without_what_nobody_said() {
     assert_eq!(serde_json::from_str::<SampleSpec>(&json).unwrap(), full);
     assert!(serde_json::from_str::<SampleSpec>(r#"{"layout":"image","shape":[2,2],"hz":3}"#).is_err());
 }
+
+#[test]
+fn a_full_scale_far_below_the_samples_is_refused() {
+    let folder = tempdir().unwrap();
+    let of = |values: &[f32], full_scale: f32| {
+        let path = npz(folder.path(), &[("x", f32s(&[4, 1, 500], values)), ("y", i64s(&[4], &[0, 1, 0, 1]))]);
+        files(
+            folder.path(),
+            &[("labels.json", &format!(r#"{{"classes": ["a", "b"], "full_scale": {full_scale}}}"#))],
+        );
+        load(&path, &ReadOptions::default())
+            .map(|data| data.spec.full_scale)
+            .map_err(|error| error.to_string())
+    };
+    let count = |at: usize| (at % 1000) as f32;
+    let counts: Vec<f32> = (0..2000).map(count).collect();
+    let message = of(&counts, 1.0).unwrap_err();
+    assert!(
+        message.contains(
+            "labels.json: full_scale is 1, values reach 999, 99.8 % of those that are not 0 above 2"
+        )
+    );
+    assert_eq!(of(&counts, 500.0), Ok(Some(500.0)), "an overshoot");
+    // A skin of which little is touched is scaled wrongly as well; a damaged reading is none of the sensor.
+    let touched: Vec<f32> = (0..2000).map(|at| if at % 100 == 0 { 50.0 } else { 0.0 }).collect();
+    assert!(of(&touched, 1.0).unwrap_err().contains("values reach 50, 100.0 %"));
+    let damaged: Vec<f32> = (0..2000).map(|at| if at == 7 { 1e9 } else { count(at) + 1.0 }).collect();
+    assert_eq!(of(&damaged, 1023.0), Ok(Some(1023.0)));
+}

@@ -105,10 +105,10 @@ fn the_memory_order_of_an_array_changes_nothing() {
 
 #[test]
 fn facts_are_added_one_by_one() {
-    let data = set().with_unit("N").with_rate(62.5).unwrap().with_full_scale(20.0).unwrap();
+    let data = set().with_unit("N").with_rate(62.5).unwrap().with_full_scale(600.0).unwrap();
     let data = data.with_rest(vec![0.5]).with_official(vec![false, false, false, true, true, true]).unwrap();
     let spec = &data.spec;
-    assert_eq!((spec.unit.as_deref(), spec.rate, spec.full_scale), (Some("N"), Some(62.5), Some(20.0)));
+    assert_eq!((spec.unit.as_deref(), spec.rate, spec.full_scale), (Some("N"), Some(62.5), Some(600.0)));
     assert_eq!((spec.rest.as_deref(), data.digest.clone()), (Some(&[0.5][..]), set().digest));
     assert_eq!(data.official.unwrap().iter().filter(|test| **test).count(), 3);
 }

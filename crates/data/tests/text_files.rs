@@ -259,7 +259,7 @@ fn split(parts: &[&str]) -> Vec<(String, String)> {
     for (p, part) in parts.iter().enumerate() {
         for (c, class) in ["knurled", "smooth"].iter().enumerate() {
             for i in 0..2 {
-                list.push((format!("{part}/{class}/{i}.csv"), format!("{p},{c}\n{i},1\n")));
+                list.push((format!("{part}/{class}/{i}.csv"), format!("{p}.5,{c}\n{i},1\n")));
             }
         }
     }

@@ -27,7 +27,7 @@ fn values_are_saved_and_read_back_with_name_and_unit() {
     assert_eq!(read.output_names(), ["force"]);
     let card = check(&path).unwrap();
     assert!(card.problems.is_empty(), "{:?}", card.problems);
-    assert_eq!(card.labels.as_deref(), Some("targets are values: force 0.5 to 7.5 N"));
+    assert_eq!(card.labels.as_deref(), Some("values: force 0.5 to 7.5 N"));
 }
 
 #[test]

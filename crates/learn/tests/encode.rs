@@ -275,10 +275,10 @@ fn images_get_a_channel_axis_and_a_full_scale() {
         "data.full_scale = not set: the scale needs the largest possible reading of real: ladder, such as 1023 \
          for 10-bit counts or 255 for 8-bit images"
     );
-    let scaled = ladder.with_full_scale(2.0).unwrap();
+    let scaled = ladder.with_full_scale(20.0).unwrap();
     let images = inputs(raw(), &scaled, &[IMAGE], &[0]).unwrap();
     assert_eq!(images[0].encoded.shape(), [1, 2, 6]);
-    assert_eq!(images[0].encoded.sample(3)[6], 6.5);
+    assert_eq!(images[0].encoded.sample(3)[6], 0.65);
     let squeezes = with(Layout::Sequence, ArrayD::zeros(vec![8, 1, 2, 3]));
     assert_eq!(
         refusal(raw(), &squeezes, &[SIGNAL], &[0]),

@@ -46,7 +46,14 @@ impl Experiment {
             dataset.set_layout(layout)?;
         }
         if let Some(full) = full_scale {
-            dataset.spec.full_scale = Some(*full as f32);
+            let refuse = |error: taxel_data::Error| {
+                let reason = match error {
+                    taxel_data::Error::Fact { wanted, .. } => wanted,
+                    other => other.to_string(),
+                };
+                Problem::new("data.full_scale", full.to_string(), reason)
+            };
+            dataset.set_full_scale(*full as f32).map_err(|e| self.refuse(refuse(e)))?;
         }
         // Of recordings the reader knows it, and what a length rule makes of it.
         if let (Some(rate), Origin::Scene(_)) = (rate, &self.config().data.origin) {

@@ -132,7 +132,12 @@ fn samples_without_a_full_scale_or_groups_name_the_line_that_asks_for_them() {
     // The samples are images as soon as the encoding says so.
     let mut encoder = Encoder::new(&images.config().encoding, &dataset);
     assert!(encoder.prepare(&[IMAGE]).is_err());
-    let scaled = experiment(&raw.replace("[encoding]", "full_scale = 2\n[encoding]"), &[]);
+    let of = |full_scale: u32| {
+        experiment(&raw.replace("[encoding]", &format!("full_scale = {full_scale}\n[encoding]")), &[])
+    };
+    let error = of(2).dataset().unwrap_err().to_string();
+    assert!(error.contains("data.full_scale = 2: values reach 16, "), "{error}");
+    let scaled = of(16);
     let dataset = scaled.dataset().unwrap();
     let mut encoder = Encoder::new(&scaled.config().encoding, &dataset);
     encoder.prepare(&[IMAGE]).unwrap();

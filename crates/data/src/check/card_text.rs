@@ -28,15 +28,17 @@ impl Card {
         entries(out, "read as", &self.read_as)?;
         self.write_lengths(out)?;
         entry(out, "digest", self.digest.get(..16).unwrap_or(&self.digest))?;
-        let share = self.majority_share * 100.0;
-        let classes: Vec<String> =
-            self.classes.iter().map(|class| format!("{} {}", class.name, class.samples)).collect();
-        let count = self.classes.len();
-        let head = format!("{count}; always answering the largest scores {share:.1} %");
-        entry(out, "classes", &head)?;
-        entry(out, "", &first_of(&classes))?;
+        if !self.classes.is_empty() {
+            let share = self.majority_share * 100.0;
+            let classes: Vec<String> =
+                self.classes.iter().map(|class| format!("{} {}", class.name, class.samples)).collect();
+            let count = self.classes.len();
+            let head = format!("{count}; always answering the largest scores {share:.1} %");
+            entry(out, "classes", &head)?;
+            entry(out, "", &first_of(&classes))?;
+        }
         if let Some(labels) = &self.labels {
-            entry(out, "", labels)?;
+            entry(out, if self.classes.is_empty() { "targets" } else { "" }, labels)?;
         }
         let groups = self.groups.as_ref().map_or("none".into(), |groups| {
             let [samples, classes] = [groups.samples, groups.classes].map(span);

@@ -73,7 +73,7 @@ impl Card {
     }
 }
 
-/// Describes targets that are values: `targets are values: force 0.1 to 9.8 N`.
+/// Describes targets that are values: `values: force 0.1 to 9.8 N`.
 fn ranges(values: &Values) -> String {
     let count = values.quantities().len();
     let of_one = |(column, quantity): (usize, &Quantity)| {
@@ -85,7 +85,7 @@ fn ranges(values: &Values) -> String {
         format!("{} {low} to {high}{unit}", quantity.name)
     };
     let each: Vec<String> = values.quantities().iter().enumerate().map(of_one).collect();
-    format!("targets are values: {}", each.join(", "))
+    format!("values: {}", each.join(", "))
 }
 
 fn groups(data: &Dataset) -> Option<GroupSummary> {

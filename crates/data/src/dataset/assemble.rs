@@ -3,6 +3,7 @@
 use crate::check::duplicates::{contradictory, duplicate_sets, later_copies};
 use crate::dataset::dataset::Dataset;
 use crate::dataset::digest::{RowHash, digest, hash_rows};
+use crate::dataset::full_scale::refuse_far_below;
 use crate::dataset::labels::Labels;
 use crate::dataset::one_hot::{LabelForm, settle, unsaid};
 use crate::dataset::problems::{Problem, Problems};
@@ -59,6 +60,9 @@ pub(crate) fn assemble(mut raw: Raw, options: &ReadOptions) -> Result<Checked> {
     let x = std::mem::take(&mut raw.x);
     let EqualSamples { x, spec, windows, lengths, readings } =
         samples(&raw, x, &kept, channels.as_deref(), options, &mut of_values)?;
+    if let Err(fault) = refuse_far_below(&raw.facts.file, x.view(), spec.full_scale) {
+        of_values.push(fault);
+    }
     let rows = RecordingRows::new(&row_hash, &kept, windows);
     dropped.extend(rows.left_out(&kept).map(|row| raw.origins[row].clone()));
     if values.is_none() {

@@ -3,6 +3,7 @@
 use crate::check::duplicates;
 use crate::dataset::dataset::{Dataset, refuse_layout};
 use crate::dataset::digest::hash_rows;
+use crate::dataset::full_scale::refuse_far_below;
 use crate::dataset::labels::{by_name, group_numbers, refuse_unclear};
 use crate::dataset::sample_spec::SampleSpec;
 use crate::dataset::source::Source;
@@ -130,11 +131,22 @@ impl Dataset {
     ///
     /// # Errors
     ///
-    /// A value that is not above 0 and finite.
+    /// A value that is not above 0 and finite, or far below the samples.
     pub fn with_full_scale(mut self, full_scale: f32) -> Result<Self> {
-        self.refuse_fact("full_scale", f64::from(full_scale))?;
-        self.spec.full_scale = Some(full_scale);
+        self.set_full_scale(full_scale)?;
         Ok(self)
+    }
+
+    /// Says the largest possible value.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Dataset::with_full_scale`].
+    pub fn set_full_scale(&mut self, full_scale: f32) -> Result<()> {
+        self.refuse_fact("full_scale", f64::from(full_scale))?;
+        refuse_far_below(&self.name, self.x.view(), Some(full_scale))?;
+        self.spec.full_scale = Some(full_scale);
+        Ok(())
     }
 
     /// Says the values without contact: one for all, or one per channel.

@@ -7,6 +7,7 @@ pub(crate) mod dataset;
 pub(crate) mod digest;
 pub(crate) mod facts;
 pub(crate) mod frames;
+pub(crate) mod full_scale;
 pub(crate) mod labels;
 pub(crate) mod learn;
 pub(crate) mod memory;

@@ -64,12 +64,7 @@ pub(crate) fn read(place: &Place, found: FoundFiles, options: &ReadOptions) -> R
     if !recorded.frames.is_empty() {
         labels = each_frame(&labels, &recorded.frames);
         official = official.map(|(name, marks)| (name, each_frame(&marks, &recorded.frames)));
-        values = values.map(|values| {
-            let files: Vec<i64> = (0..recorded.frames.len() as i64).collect();
-            let rows: Vec<usize> =
-                each_frame(&files, &recorded.frames).iter().map(|row| *row as usize).collect();
-            Values::new(values.quantities().to_vec(), values.of(&rows))
-        });
+        values = values.map(|values| values_of_frames(&values, &recorded.frames));
         let numbered = || ("recording".into(), (0..recorded.frames.len() as i64).collect());
         let (name, of_file) = groups.unwrap_or_else(numbered);
         groups = Some((name, each_frame(&of_file, &recorded.frames)));
@@ -101,6 +96,13 @@ pub(crate) fn read(place: &Place, found: FoundFiles, options: &ReadOptions) -> R
         is_folder: true,
         ..Raw::default()
     })
+}
+
+/// Repeats the values of each file for each of its frames.
+fn values_of_frames(of_file: &Values, frames: &[usize]) -> Values {
+    let files: Vec<i64> = (0..frames.len() as i64).collect();
+    let rows: Vec<usize> = each_frame(&files, frames).iter().map(|row| *row as usize).collect();
+    Values::new(of_file.quantities().to_vec(), of_file.of(&rows))
 }
 
 /// Repeats what is said of each file for each of its frames; nothing where nothing is said.

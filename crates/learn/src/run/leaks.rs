@@ -129,7 +129,7 @@ impl Display for Leak {
                 if classes.len() == 1 { "is" } else { "are" }
             ),
             Leak::Beginning(early) => {
-                write!(f, "{early}: recorded in blocks of one class, or beginning in contact?")
+                write!(f, "{early}: they were recorded in blocks of one class, or begin in contact")
             }
             Leak::Blocks { runs, expected } => write!(
                 f,

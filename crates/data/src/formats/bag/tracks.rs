@@ -190,7 +190,7 @@ pub(crate) fn tracks(bag: &Path, chosen: &[String], options: &ReadOptions, most:
         })?;
     }
     let mut out = vec![];
-    for (ChosenTopic { mut track, decoder, precision }, chosen) in all.into_iter().zip(chosen) {
+    for (ChosenTopic { track, decoder, precision }, chosen) in all.into_iter().zip(chosen) {
         let Some((_, decoder)) = decoder else {
             let held = described(&topics, &counts);
             return Err(refuse(format!("has no messages of topic {chosen}; it has {held}")));
@@ -198,29 +198,36 @@ pub(crate) fn tracks(bag: &Path, chosen: &[String], options: &ReadOptions, most:
         if track.values.is_empty() {
             return Err(refuse(format!("topic {chosen} holds no numbers")));
         }
-        track.names = decoder.names().to_vec();
-        track.depth = decoder.depth.filter(|depth| *depth > 0);
-        if let Some(lossy) = precision.lossy() {
-            let name = track.names.get(lossy.channel).map_or("", String::as_str);
-            return Err(refuse(format!("topic {chosen}: {name} {lossy}, choosing other fields with topics")));
-        }
-        let track = track.sorted().without_repeats().map_err(|count| {
-            let how =
-                "give each sensor a topic of its own, and record messages at the time at which they come";
-            refuse(format!("{count} of topic {chosen} {TOO_MANY}; {how}"))
-        })?;
-        // Who names a field means it.
-        let track =
-            if *chosen == track.topic { track.without_counters(&options.channel_names) } else { track };
-        if track.values.is_empty() {
-            return Err(refuse(format!(
-                "topic {chosen} holds no channel: {}; name a field of it with topics",
-                track.left_out.join(", ")
-            )));
-        }
-        out.push(track);
+        out.push(usable(track, chosen, &decoder, &precision, options).map_err(refuse)?);
     }
     Ok(out)
+}
+
+/// Returns the messages of a topic in the order of their time, each time once and without counters; says why not otherwise.
+fn usable(
+    mut track: Track,
+    chosen: &str,
+    decoder: &Decoder,
+    precision: &Precision,
+    options: &ReadOptions,
+) -> Result<Track, String> {
+    track.names = decoder.names().to_vec();
+    track.depth = decoder.depth.filter(|depth| *depth > 0);
+    if let Some(lossy) = precision.lossy() {
+        let name = track.names.get(lossy.channel).map_or("", String::as_str);
+        return Err(format!("topic {chosen}: {name} {lossy}, choosing other fields with topics"));
+    }
+    let track = track.sorted().without_repeats().map_err(|count| {
+        let how = "give each sensor a topic of its own, and record messages at the time at which they come";
+        format!("{count} of topic {chosen} {TOO_MANY}; {how}")
+    })?;
+    // Who names a field means it.
+    let track = if *chosen == track.topic { track.without_counters(&options.channel_names) } else { track };
+    if track.values.is_empty() {
+        let left_out = track.left_out.join(", ");
+        return Err(format!("topic {chosen} holds no channel: {left_out}; name a field of it with topics"));
+    }
+    Ok(track)
 }
 
 /// Checks whether a name ends in a place of a list: `data[3]`, and not `Time [s]`.
