@@ -3,10 +3,12 @@
 
     python3 scripts/fuzz.py                        10^7 files over all readers
     python3 scripts/fuzz.py --files 100000 npz mat   100,000 over two of them
+    python3 scripts/fuzz.py --page                   docs/fuzzing.md, of all runs together
 
 Needs a nightly compiler, `cargo install cargo-fuzz`, and for --lines `rustup component add --toolchain nightly
 llvm-tools`. A first second per target measures how fast it is. All then get about the same time, so a fast reader
-gets more of the files. Corpora stay in fuzz/corpus and are used again. A file that breaks a reader ends its
+gets more of the files. Corpora stay in fuzz/corpus and are used again, and
+fuzz/artifacts/ledger.json adds up what all runs did, so that a long job may be cut into evenings (--seconds, --built). A file that breaks a reader ends its
 target and lies in fuzz/artifacts/<reader>; the exit code is 1.
 """
 
@@ -21,6 +23,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 FUZZ = ROOT / "fuzz"
+LEDGER = FUZZ / "artifacts" / "ledger.json"
 NIGHTLY = ["cargo", "+nightly"]
 # Crates whose lines a reader is made of.
 READERS = ["data", "checkpoint", "onnx", "learn", "judge", "trainer", "scenes"]
@@ -56,6 +59,43 @@ def fuzz(binary, name, options, limits):
     return own
 
 
+def add(name, own, ledger=LEDGER):
+    """Adds a run of a target to what was done before."""
+    known = json.loads(ledger.read_text()) if ledger.exists() else {}
+    sums = known.setdefault(name, {"files": 0, "edges": 0, "features": 0, "corpus": 0, "rss": 0, "found": []})
+    sums["files"] += own["files"]
+    for key in ("edges", "features", "corpus", "rss"):
+        sums[key] = max(sums[key], own[key])
+    sums["found"] += [Path(path).name for path in own["found"]]
+    ledger.parent.mkdir(parents=True, exist_ok=True)
+    ledger.write_text(json.dumps(known, indent=1) + "\n")
+
+
+def page(names):
+    """Writes docs/fuzzing.md from the ledger."""
+    known = json.loads(LEDGER.read_text()) if LEDGER.exists() else {}
+    rows, total = [], 0
+    for name in names:
+        own = known.get(name)
+        if own:
+            total += own["files"]
+            cells = [name, f"{own['files']:,}", own["edges"], own["features"], own["corpus"], own["rss"], len(own["found"])]
+            rows.append("| " + " | ".join(map(str, cells)) + " |")
+    text = f"""# Fuzzing
+
+Every reader of files is fed with damaged files by libFuzzer, which keeps those that reach new code. A reader must give a value or
+an error: no panic, no hang over ten seconds, and no more memory than four times the file and 64 MiB.
+[`fuzz/README.md`](../fuzz/README.md) says how to run it. `python3 scripts/fuzz.py --page` writes this page.
+
+Files so far: {total:,}. *Edges* are places in the compiled code that were reached, *features* add how often. *Found* counts files that
+broke a reader, each of which was mended and is kept in `fuzz/found/`.
+
+| reader | files | edges | features | corpus | peak memory (MB) | found |
+|---|---|---|---|---|---|---|
+""" + "\n".join(rows) + "\n"
+    (ROOT / "docs/fuzzing.md").write_text(text)
+
+
 def lines(name, triple):
     """Share of lines that the corpus of a target reaches, of all files it reaches at all."""
     environment = {**os.environ, "TAXEL_FUZZ_READER": name}
@@ -89,6 +129,7 @@ def main():
     parser.add_argument("--max-len", type=int, default=16384, help="bytes of a file")
     parser.add_argument("--rss-mb", type=int, default=1024, help="memory of a process")
     parser.add_argument("--timeout", type=int, default=10, help="seconds for a file")
+    parser.add_argument("--page", action="store_true", help="write docs/fuzzing.md of all runs, in place of fuzzing")
     parser.add_argument("--lines", action="store_true", help="lines that the corpora reach, in place of fuzzing")
     limits = parser.parse_args()
 
@@ -99,6 +140,8 @@ def main():
         sys.exit(f"no reader of the name {', '.join(unknown)}; there are {', '.join(every)}")
     triple = host()
 
+    if limits.page:
+        return page(every)
     if limits.lines:
         total = {}
         print("| reader | files reached | lines reached |\n|---|---|---|")
@@ -131,6 +174,7 @@ def main():
         own = fuzz(binaries / "reader", name, options, limits) if first["ok"] else first
         files = own["files"] + (first["files"] if first["ok"] else 0)
         found = ", ".join(Path(path).name for path in own["found"]) or ("-" if own["ok"] else "see its log")
+        add(name, {**own, "files": files})
         sums, broken = sums + files, broken or not own["ok"]
         cells = [name, f"{files:,}", f"{own['rate']:,}", own["edges"], own["features"], own["corpus"], own["rss"], found]
         print("| " + " | ".join(map(str, cells)) + " |", flush=True)

@@ -140,6 +140,13 @@ fn a_line_that_numbers_the_columns_is_a_header() {
     }
     let readings = set("csv", |file| format!("1,2\n3,{file}\n"));
     assert_eq!(load(readings.path(), &ReadOptions::default()).unwrap().x.shape(), [4, 2, 2], "readings");
+    // A reading of some files may look like such a line.
+    for numbered in 0..4 {
+        let readings = set("csv", |file| format!("{},1\n5,{file}\n", u32::from(file != numbered)));
+        let data = load(readings.path(), &ReadOptions::default()).unwrap();
+        assert_eq!(data.x.shape(), [4, 2, 2], "file {numbered}");
+        assert_eq!(data.x.iter().filter(|value| **value == 0.0).count(), 1 + 1, "file {numbered}");
+    }
 }
 
 #[test]

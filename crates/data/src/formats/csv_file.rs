@@ -12,7 +12,7 @@ use crate::layout::listing::FoundFiles;
 use crate::options::ReadOptions;
 use crate::reader::{FileFormat, Format, Recorded};
 use crate::{Error, Result};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use taxel_base::Layout;
 
 /// Reads files of CSV of which each is one recording; all of a folder share the step of their time stamps.
@@ -49,12 +49,14 @@ impl FileFormat for Csv {
 
 fn read(root: &Path, found: &FoundFiles, options: &ReadOptions) -> Result<Recorded> {
     let at = root.display().to_string();
-    let (mut set, mut origins) = (CsvSet::default(), vec![]);
-    for path in &found.files {
-        let table = TableText::of_recording(path, &options.limits)?.with_different_names()?;
-        set.add(&table, options)?;
-        origins.push(path.strip_prefix(root).unwrap_or(path).display().to_string());
-    }
+    // A first line 0,1 numbers the columns if all files have it. If some have not, it is a reading.
+    let set = match CsvSet::of(found, options, true)? {
+        Some(set) => Some(set),
+        None => CsvSet::of(found, options, false)?,
+    };
+    let set = set.ok_or_else(|| Error::NoSamples { at: at.clone() })?;
+    let origin = |path: &PathBuf| path.strip_prefix(root).unwrap_or(path).display().to_string();
+    let origins = found.files.iter().map(origin).collect();
     let Some(first) = set.first else { return Err(Error::NoSamples { at }) };
     if let Some(lossy) = set.precision.lossy() {
         let name = first.names.get(lossy.channel).map_or(String::new(), |name| format!(" {name:?}"));
@@ -92,6 +94,9 @@ struct CsvSet {
     read_as: Vec<String>,
     /// Columns that are no channels, and why.
     left_out: Vec<String>,
+    /// A file without a header, and one whose first line numbers the columns, were there.
+    has_unnamed: bool,
+    has_numbered: bool,
 }
 
 /// The first file, with which all others have this in common.
@@ -104,6 +109,21 @@ struct FirstFile {
 }
 
 impl CsvSet {
+    /// Reads all files. None where the first line of some numbers the columns, which it `may`, and others have no header.
+    fn of(found: &FoundFiles, options: &ReadOptions, may: bool) -> Result<Option<Self>> {
+        let mut set = Self::default();
+        for path in &found.files {
+            let table = TableText::of_recording(path, &options.limits, may)?.with_different_names()?;
+            set.has_unnamed |= !table.is_named;
+            set.has_numbered |= may && is_numbered(&table);
+            if set.has_unnamed && set.has_numbered {
+                return Ok(None);
+            }
+            set.add(&table, options)?;
+        }
+        Ok(Some(set))
+    }
+
     /// Adds the rows of a file as one recording.
     fn add(&mut self, table: &TableText, options: &ReadOptions) -> Result<()> {
         let mut columns = RecordingColumns::of(table, options)?;
@@ -143,7 +163,7 @@ impl CsvSet {
         if let Some((at, clock)) = columns.time {
             said.push(format!("time by {:?} in {}", table.header[at], clock.name()));
         }
-        if table.is_named && numbers_columns(table.header.iter().map(String::as_str)) {
+        if is_numbered(table) {
             said.push("the first line numbers the columns".into());
         }
         if table.has_decimal_commas() {
@@ -197,6 +217,11 @@ impl CsvSet {
         self.timed.rows.push(rows);
         Ok(rows)
     }
+}
+
+/// Checks whether the first line of a recording numbers its columns.
+fn is_numbered(table: &TableText) -> bool {
+    table.is_named && numbers_columns(table.header.iter().map(String::as_str))
 }
 
 /// Refuses a row whose time is not later than that before.

@@ -25,6 +25,8 @@ pub(super) struct TestPart {
     pub fold: usize,
     pub rows: Vec<usize>,
     pub keys: Vec<FoldKey>,
+    /// What one of the models predicted in the run; it knows the classes that the fold did not train.
+    pub tested: Outcome,
 }
 
 impl TestPart {
@@ -53,11 +55,14 @@ pub(super) fn parts(case: &Case, names: &[&str], most: usize) -> Result<(Vec<Tes
     let of = names.iter().map(size).max().unwrap_or(0);
     let every = of.div_ceil(most.max(1)).max(1);
     let mut parts: Vec<TestPart> = vec![];
-    for FoldRecord { key, index, .. } in records() {
+    for FoldRecord { key, index, outcome, .. } in records() {
         let rows: Vec<usize> = index.iter().copied().step_by(every).collect();
         match parts.iter_mut().find(|part| part.fold == key.fold && part.rows == rows) {
             Some(part) => part.keys.push(key.clone()),
-            None => parts.push(TestPart { fold: key.fold, rows, keys: vec![key.clone()] }),
+            None => {
+                let (keys, tested) = (vec![key.clone()], outcome.clone());
+                parts.push(TestPart { fold: key.fold, rows, keys, tested });
+            }
         }
     }
     Ok((parts, of))
@@ -183,7 +188,7 @@ impl PartModels {
 /// Returns outputs beside the true targets of a part. A sample that was refused has no class, which is never right, or
 /// the mean of each value.
 pub(super) fn outcome(targets: &Targets, part: &TestPart, (outputs, refused): RawOutputs) -> Outcome {
-    let mut outcome = Outcome::new(targets, &part.rows, outputs);
+    let mut outcome = Outcome::new(targets, &part.rows, outputs).with_untrained_of(&part.tested);
     match (&mut outcome, targets) {
         (Outcome::Values { predicted, .. }, Targets::Values(values)) => {
             let means = means(values);
@@ -267,4 +272,27 @@ pub(super) fn predict(
         }
     }
     Ok((predictor.predict(&mended)?.outputs, refused))
+}
+
+#[cfg(test)]
+mod tests {
+    use taxel_data::Labels;
+
+    use super::*;
+
+    #[test]
+    fn classes_that_a_fold_did_not_train_are_known_under_faults_too() {
+        let classes = ["dry", "oil", "wet"].map(String::from);
+        let labels = Labels::of_classes(&classes, &[0, 1, 2]);
+        let targets = Targets::Classes { labels, columns: None };
+        let tested = Outcome::Labels {
+            truth: vec![0, 2],
+            predicted: vec![0, 0],
+            probabilities: vec![1.0, 0.0, 0.0, 1.0, 0.0, 0.0],
+            untrained: vec![vec![2]],
+        };
+        let part = TestPart { fold: 0, rows: vec![0, 2], keys: vec![], tested };
+        let broken = outcome(&targets, &part, (vec![0.2, 0.8, 0.0, 0.9, 0.1, 0.0], vec![]));
+        assert_eq!((broken.untrained(0), broken.labels().1), (&[2][..], &[1, 0][..]));
+    }
 }

@@ -65,6 +65,16 @@ impl Outcome {
         self
     }
 
+    /// Notes of each attribute the classes that were not trained, which another outcome of the same fold knows.
+    pub fn with_untrained_of(mut self, other: &Outcome) -> Self {
+        if let (Outcome::Labels { untrained, .. }, Outcome::Labels { untrained: known, .. }) =
+            (&mut self, other)
+        {
+            untrained.clone_from(known);
+        }
+        self
+    }
+
     /// Returns the classes of an attribute that were tested but not trained.
     pub fn untrained(&self, attribute: usize) -> &[u32] {
         match self {

@@ -108,10 +108,11 @@ impl TableText {
         Ok(table)
     }
 
-    /// Opens a text that is one recording, under a header or without one.
-    pub fn of_recording(path: &Path, limits: &Limits) -> Result<Self> {
+    /// Opens a text that is one recording, under a header or without one. Its first line may be one that numbers the columns
+    /// where it `may_number` them.
+    pub fn of_recording(path: &Path, limits: &Limits, may_number: bool) -> Result<Self> {
         let mut table = Self { is_recording: true, ..Self::of_text(path, limits)? };
-        if !table.begins_with_names()? {
+        if !table.begins_with_names(may_number)? {
             table.header = (1..=table.header.len()).map(|column| column.to_string()).collect();
             table.is_named = false;
         }
@@ -143,10 +144,10 @@ impl TableText {
     }
 
     /// Checks whether the first line of a recording is a header: it has no number, or it numbers the columns.
-    fn begins_with_names(&self) -> Result<bool> {
+    fn begins_with_names(&self, may_number: bool) -> Result<bool> {
         let has_comma = self.has_decimal_commas();
         if self.header.iter().any(|cell| plain(cell, has_comma).parse::<f64>().is_ok()) {
-            return Ok(numbers_columns(self.header.iter().map(String::as_str)));
+            return Ok(may_number && numbers_columns(self.header.iter().map(String::as_str)));
         }
         if self.header.iter().any(|cell| NumberForm::of(cell).is_none()) {
             return Ok(true);
