@@ -25,7 +25,7 @@ pub(super) struct TestPart {
     pub fold: usize,
     pub rows: Vec<usize>,
     pub keys: Vec<FoldKey>,
-    /// What one of the models predicted in the run; it knows the classes that the fold did not train.
+    /// The prediction of one of the models in the run; it knows the classes that the fold did not train.
     pub tested: Outcome,
 }
 
