@@ -112,7 +112,7 @@ impl Fitted {
     }
 }
 
-/// What the answers to a set in other words must be.
+/// The answers that a set in other words must get.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Must {
     BeEqual,

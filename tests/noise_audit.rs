@@ -31,7 +31,7 @@ const THREADS: usize = 2;
 /// Cases in which noise scores above chance without a word, by the words of their line, and why.
 const KNOWN: &[(&str, &str)] = &[];
 
-/// What became of a case.
+/// The end of a case.
 #[derive(Debug, Clone, PartialEq)]
 enum Outcome {
     Refused(String),

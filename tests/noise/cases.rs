@@ -62,7 +62,7 @@ impl Plan {
     }
 }
 
-/// What may become of a case.
+/// An end that a case may have.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum May {
     Chance,

@@ -1,4 +1,4 @@
-//! What a column is: one rule for tables, recordings in CSV and lines of JSON.
+//! Decides what a column is: one rule for tables, recordings in CSV and lines of JSON.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test may panic")]
 
 mod common;
