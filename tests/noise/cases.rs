@@ -403,6 +403,11 @@ fn twice(set: &Set) -> Set {
 /// Plants copies.
 fn copies(cases: &mut Vec<Case>) {
     let half = SAMPLES / 2;
+    // Groups and marks tear them apart; other splits keep them together.
+    let may = |plan: Plan| {
+        let is_torn = plan.needs_groups() || plan == Plan::Official;
+        if is_torn { May::Say("copies") } else { May::Chance }
+    };
     let make = |form: Form, layout: Layout, plan: Plan| {
         let mut shape = shape(layout);
         if matches!(form, Form::Pair("tsv" | "txt")) {
@@ -439,10 +444,8 @@ fn copies(cases: &mut Vec<Case>) {
     for form in forms {
         for layout in layouts(form) {
             for plan in plans(form) {
-                let is_torn = plan.needs_groups() || plan == Plan::Official;
-                let may = if is_torn { May::Say("copies") } else { May::Chance };
                 let case = Case { units: half, ..Case::new(form, plan, make(form, layout, plan)) };
-                cases.push(case.trap("copies", &[may]));
+                cases.push(case.trap("copies", &[may(plan)]));
             }
         }
     }
@@ -464,10 +467,8 @@ fn copies(cases: &mut Vec<Case>) {
                 }
                 let roles = make(form, Layout::Series, plan);
                 (set.groups, set.marks) = (roles.groups, roles.marks);
-                let is_torn = plan.needs_groups() || plan == Plan::Official;
-                let may = if is_torn { May::Say("copies") } else { May::Chance };
                 let case = Case { units: half, more: more.into(), ..Case::new(form, plan, set) };
-                cases.push(case.data(data).trap(format!("copies under {way}"), &[may]));
+                cases.push(case.data(data).trap(format!("copies under {way}"), &[may(plan)]));
             }
         }
     }

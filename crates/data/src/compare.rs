@@ -38,6 +38,12 @@ pub struct FactComparison {
 }
 
 impl FactComparison {
+    /// Lists all differences for a message; none where there are none.
+    pub fn refusal(&self) -> Option<String> {
+        let differences: Vec<String> = self.differences.iter().map(ToString::to_string).collect();
+        (!differences.is_empty()).then(|| differences.join("; "))
+    }
+
     /// Brings values to the unit of the training.
     pub fn convert(&self, x: &mut ArrayD<f32>) {
         if let Some(unit) = &self.unit {

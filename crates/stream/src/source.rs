@@ -121,10 +121,9 @@ fn convert(
     say: impl Fn(&str),
 ) -> Result<()> {
     let comparison = spec.compare(facts);
-    if !comparison.differences.is_empty() {
-        let differences: Vec<String> = comparison.differences.iter().map(ToString::to_string).collect();
+    if let Some(differences) = comparison.refusal() {
         let how = "record as in training, correct what the files say, or predict all the same with --as-is";
-        return Err(FileError::new(path, format!("{}; {how}", differences.join("; "))).into());
+        return Err(FileError::new(path, format!("{differences}; {how}")).into());
     }
     if let Some(unit) = comparison.unit {
         say(&format!("{}: values are converted {unit}", path.display()));

@@ -111,8 +111,7 @@ fn beginning(sample: ArrayViewD<f32>, axis: usize, taken: usize) -> Vec<f64> {
 /// Returns a name for each number: that of the channel where each is one.
 fn names(dataset: &Dataset, count: usize) -> Vec<String> {
     let known = &dataset.spec.channel_names;
-    let name = |at: usize| known.get(at).cloned().unwrap_or_else(|| at.to_string());
-    (0..count).map(|at| if known.len() == count { name(at) } else { at.to_string() }).collect()
+    if known.len() == count { known.clone() } else { (0..count).map(|at| at.to_string()).collect() }
 }
 
 impl Display for EarlyClass {

@@ -37,9 +37,13 @@ pub(crate) fn numbered<'n>(columns: impl Iterator<Item = (&'n str, usize)>) -> V
 
 /// Lists names for a message.
 pub(crate) fn listed(names: &[String]) -> String {
-    const MOST: usize = 16;
-    match names.len().saturating_sub(MOST) {
+    listed_up_to(names, 16)
+}
+
+/// Lists `most` names for a message, and counts the others.
+pub(crate) fn listed_up_to(names: &[String], most: usize) -> String {
+    match names.len().saturating_sub(most) {
         0 => names.join(", "),
-        more => format!("{} and {more} more", names[..MOST].join(", ")),
+        more => format!("{} and {more} more", names[..most].join(", ")),
     }
 }

@@ -1,5 +1,6 @@
 //! Lists recordings that lie in folders of their classes, also below `train` and `test`.
 
+use crate::dataset::channel_names::listed_up_to;
 use crate::dataset::labels::group_numbers;
 use crate::layout::listing::{FoundFiles, Listing, last, list};
 use crate::layout::order::in_order;
@@ -59,7 +60,7 @@ fn parts(root: &Path, top: &Listing) -> Result<Option<Vec<(SplitPart, PathBuf, L
         return Ok(None);
     }
     if !others.is_empty() {
-        let others = listed(&others);
+        let others = listed_up_to(&others, MOST);
         return refuse(format!(
             "holds {names}, the parts of a split, beside {others}, which is none; move it away, or, if all are classes, \
              say the class of each file in labels.csv (file,label)"
@@ -76,7 +77,7 @@ fn parts(root: &Path, top: &Listing) -> Result<Option<Vec<(SplitPart, PathBuf, L
         [] => Ok(Some(parts)),
         odd => refuse(format!(
             "its parts differ in their class folders: {}; add the missing ones or move the others away",
-            listed(odd)
+            listed_up_to(odd, MOST)
         )),
     }
 }
@@ -98,14 +99,6 @@ fn odd_classes(parts: &[(SplitPart, PathBuf, Listing)]) -> Vec<String> {
         }
     }
     odd
-}
-
-/// Lists names for a message.
-fn listed(names: &[String]) -> String {
-    match names.len().saturating_sub(MOST) {
-        0 => names.join(", "),
-        more => format!("{} and {more} more", names[..MOST].join(", ")),
-    }
 }
 
 /// Marks the recordings to test on by the folders of their parts, where these are a split.

@@ -100,8 +100,8 @@ pub(crate) fn read(place: &Place, found: FoundFiles, options: &ReadOptions) -> R
 
 /// Repeats the values of each file for each of its frames.
 fn values_of_frames(of_file: &Values, frames: &[usize]) -> Values {
-    let files: Vec<i64> = (0..frames.len() as i64).collect();
-    let rows: Vec<usize> = each_frame(&files, frames).iter().map(|row| *row as usize).collect();
+    let of = |(file, frames): (usize, &usize)| std::iter::repeat_n(file, *frames);
+    let rows: Vec<usize> = frames.iter().enumerate().flat_map(of).collect();
     Values::new(of_file.quantities().to_vec(), of_file.of(&rows))
 }
 

@@ -25,8 +25,8 @@ pub(super) struct TestPart {
     pub fold: usize,
     pub rows: Vec<usize>,
     pub keys: Vec<FoldKey>,
-    /// The prediction of one of the models in the run; it knows the classes that the fold did not train.
-    pub tested: Outcome,
+    /// Of each attribute the classes that the fold tests and did not train; empty where there are none.
+    pub untrained: Vec<Vec<u32>>,
 }
 
 impl TestPart {
@@ -60,8 +60,11 @@ pub(super) fn parts(case: &Case, names: &[&str], most: usize) -> Result<(Vec<Tes
         match parts.iter_mut().find(|part| part.fold == key.fold && part.rows == rows) {
             Some(part) => part.keys.push(key.clone()),
             None => {
-                let (keys, tested) = (vec![key.clone()], outcome.clone());
-                parts.push(TestPart { fold: key.fold, rows, keys, tested });
+                let untrained = match outcome {
+                    Outcome::Labels { untrained, .. } => untrained.clone(),
+                    Outcome::Values { .. } => vec![],
+                };
+                parts.push(TestPart { fold: key.fold, rows, keys: vec![key.clone()], untrained });
             }
         }
     }
@@ -188,7 +191,7 @@ impl PartModels {
 /// Returns outputs beside the true targets of a part. A sample that was refused has no class, which is never right, or
 /// the mean of each value.
 pub(super) fn outcome(targets: &Targets, part: &TestPart, (outputs, refused): RawOutputs) -> Outcome {
-    let mut outcome = Outcome::new(targets, &part.rows, outputs).with_untrained_of(&part.tested);
+    let mut outcome = Outcome::new(targets, &part.rows, outputs).with_untrained(&part.untrained);
     match (&mut outcome, targets) {
         (Outcome::Values { predicted, .. }, Targets::Values(values)) => {
             let means = means(values);
@@ -285,13 +288,7 @@ mod tests {
         let classes = ["dry", "oil", "wet"].map(String::from);
         let labels = Labels::of_classes(&classes, &[0, 1, 2]);
         let targets = Targets::Classes { labels, columns: None };
-        let tested = Outcome::Labels {
-            truth: vec![0, 2],
-            predicted: vec![0, 0],
-            probabilities: vec![1.0, 0.0, 0.0, 1.0, 0.0, 0.0],
-            untrained: vec![vec![2]],
-        };
-        let part = TestPart { fold: 0, rows: vec![0, 2], keys: vec![], tested };
+        let part = TestPart { fold: 0, rows: vec![0, 2], keys: vec![], untrained: vec![vec![2]] };
         let broken = outcome(&targets, &part, (vec![0.2, 0.8, 0.0, 0.9, 0.1, 0.0], vec![]));
         assert_eq!((broken.untrained(0), broken.labels().1), (&[2][..], &[1, 0][..]));
     }

@@ -65,12 +65,10 @@ impl Outcome {
         self
     }
 
-    /// Notes of each attribute the classes that were not trained, which another outcome of the same fold knows.
-    pub fn with_untrained_of(mut self, other: &Outcome) -> Self {
-        if let (Outcome::Labels { untrained, .. }, Outcome::Labels { untrained: known, .. }) =
-            (&mut self, other)
-        {
-            untrained.clone_from(known);
+    /// Notes of each attribute the classes that were tested but not trained, as another outcome of the same fold has them.
+    pub fn with_untrained(mut self, classes: &[Vec<u32>]) -> Self {
+        if let Outcome::Labels { untrained, .. } = &mut self {
+            *untrained = classes.to_vec();
         }
         self
     }

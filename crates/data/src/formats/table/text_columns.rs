@@ -55,6 +55,11 @@ pub(crate) struct TableRow<'t> {
 }
 
 impl TableText {
+    fn new(file: String, header: Vec<String>, rows: RowSource) -> Self {
+        let (is_recording, is_in_order, meanings) = (false, false, vec![]);
+        Self { file, header, is_named: true, meanings, is_recording, is_in_order, rows }
+    }
+
     /// Refuses two columns of one name.
     pub fn with_different_names(self) -> Result<Self> {
         let mut columns = self.header.iter().enumerate();
@@ -85,15 +90,7 @@ impl TableText {
             files.push(opened);
         }
         let rows = RowSource::Parquet(files);
-        Ok(Self {
-            file,
-            header,
-            is_named: true,
-            is_recording: false,
-            is_in_order: false,
-            rows,
-            meanings: vec![],
-        })
+        Ok(Self::new(file, header, rows))
     }
 
     /// Opens a table that is text.
@@ -132,15 +129,7 @@ impl TableText {
             return Err(Error::EmptyFile { file });
         }
         let rows = RowSource::Csv { text, separators };
-        Ok(Self {
-            file,
-            header,
-            is_named: true,
-            is_recording: false,
-            is_in_order: false,
-            rows,
-            meanings: vec![],
-        })
+        Ok(Self::new(file, header, rows))
     }
 
     /// Checks whether the first line of a recording is a header: it has no number, or it numbers the columns.

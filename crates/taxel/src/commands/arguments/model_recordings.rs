@@ -102,12 +102,10 @@ pub fn compared(
     hint: &str,
 ) -> Result<FactComparison, String> {
     let comparison = spec.compare(facts);
-    let differences: Vec<String> = comparison.differences.iter().map(ToString::to_string).collect();
-    if !differences.is_empty() {
+    if let Some(differences) = comparison.refusal() {
+        let file = data.display();
         return Err(format!(
-            "{}: {}; record as in training, or correct what the files say{hint}",
-            data.display(),
-            differences.join("; ")
+            "{file}: {differences}; record as in training, or correct what the files say{hint}"
         ));
     }
     if let Some(unit) = &comparison.unit {
