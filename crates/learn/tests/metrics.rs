@@ -203,6 +203,23 @@ fn scores_have_a_mean_and_a_deviation_each() {
 }
 
 #[test]
+fn scores_keep_their_names_order_and_values() {
+    let scores = Scores::new([("mae", 0.5), ("rmse", 0.75), ("r2", -2.0)]);
+    assert_eq!((scores.primary(), scores.get("r2"), scores.get("f1")), (Some(0.5), Some(-2.0), None));
+    assert_eq!(Scores::default().primary(), None);
+    let text = serde_json::to_string(&scores).unwrap();
+    assert_eq!(text, r#"{"mae":0.5,"rmse":0.75,"r2":-2.0}"#);
+    assert_eq!(serde_json::from_str::<Scores>(&text).unwrap(), scores);
+    assert!(serde_json::from_str::<Scores>(r#"{"mae":"low"}"#).is_err());
+    // A part has some of the names, each with the same value.
+    let mut part = Scores::new([("r2", -2.0), ("mae", 0.5)]);
+    assert!(part.is_part_of(&scores) && !scores.is_part_of(&part) && scores.is_part_of(&scores));
+    part.set("mae", 0.25);
+    assert!(!part.is_part_of(&scores));
+    assert_eq!(part, Scores::new([("r2", -2.0), ("mae", 0.25)]));
+}
+
+#[test]
 fn mistakes_among_look_alikes_are_told_from_others() {
     // Classes 0, 1 look alike, 2 does not.
     let confusion = Confusion::new(&[0, 0, 0, 1, 1, 2, 2], &[0, 1, 2, 0, 1, 2, 1], 3).unwrap();

@@ -305,9 +305,10 @@ fn r_squared(errors: &[f64], truth: &[f64]) -> f64 {
 mod tests {
     #![allow(clippy::unwrap_used)]
 
-    use taxel_data::{Quantity, Targets, Values};
+    use taxel_data::{Attribute, Labels, Quantity, Targets, Values};
 
     use super::*;
+    use crate::metrics::{BINS, brier, calibration_error, log_loss};
 
     fn force() -> Vec<Quantity> {
         vec![Quantity { name: "force".into(), unit: Some("N".into()) }]
@@ -371,5 +372,164 @@ mod tests {
         let mean = primary.unit.scale() * terms.iter().sum::<f64>() / 3.0;
         assert!((primary.of(&task, &outcome).unwrap() - mean).abs() < 1e-12);
         assert_eq!(primary.worsening(80.0, 90.0), 10.0);
+    }
+
+    /// Returns the targets and predictions of a force and a height, and of each alone.
+    fn force_and_height() -> ([Targets; 3], [Vec<f32>; 3]) {
+        let both = [force(), vec![Quantity { name: "height".into(), unit: Some("mm".into()) }]].concat();
+        let truth = [vec![3.0, -0.5, 2.0, 7.0], vec![1.0, 4.0, 9.0, 16.0]];
+        let said = [vec![2.5, 0.0, 2.0, 8.0], vec![1.0, 7.0, 9.0, 12.0]];
+        let mixed = |each: &[Vec<f32>; 2]| (0..4).flat_map(|row| [each[0][row], each[1][row]]).collect();
+        let alone = |at: usize| Targets::Values(Values::new(vec![both[at].clone()], truth[at].clone()));
+        let targets = [Targets::Values(Values::new(both.clone(), mixed(&truth))), alone(0), alone(1)];
+        (targets, [mixed(&said), said[0].clone(), said[1].clone()])
+    }
+
+    #[test]
+    fn metrics_of_several_quantities_are_means_over_them() {
+        let (targets, said) = force_and_height();
+        let rows = [0, 1, 2, 3];
+        let value = |at: usize, name: &str| {
+            let (task, outcome) = (targets[at].task(), Outcome::new(&targets[at], &rows, said[at].clone()));
+            Metric::named(&task, name).unwrap().of(&task, &outcome).unwrap()
+        };
+        for name in ["mae", "rmse", "r2"] {
+            let mean = (value(1, name) + value(2, name)) / 2.0;
+            assert!((value(0, name) - mean).abs() < 1e-12 && value(1, name) != value(2, name), "{name}");
+        }
+        let task = targets[0].task();
+        let outcome = Outcome::new(&targets[0], &rows, said[0].clone());
+        assert_eq!(Metric::primary(&task).terms(&task, &outcome).unwrap(), [0.25, 1.75, 0.0, 2.5]);
+        assert_eq!(outcome.loss(&task).unwrap(), (0.25 + 0.25 + 9.0 + 1.0 + 16.0) / 8.0);
+        assert!(outcome.fits(&task, 4) && !outcome.fits(&task, 8) && !outcome.fits(&force_task(), 4));
+        assert!(!Outcome::new(&targets[0], &rows, vec![f32::NAN; 8]).fits(&task, 4));
+        assert!(outcome.is_about(&targets[0], &rows) && !outcome.is_about(&targets[0], &[3, 2, 1, 0]));
+        assert!(!outcome.is_about(&Targets::classes(&["a".to_string()], &[0; 4]), &rows));
+    }
+
+    fn force_task() -> Task {
+        Task::Values(force())
+    }
+
+    #[test]
+    fn a_pooled_metric_is_that_of_all_samples_together() {
+        let (targets, said) = force_and_height();
+        let of_rows =
+            |rows: &[usize]| Outcome::new(&targets[1], rows, rows.iter().map(|row| said[1][*row]).collect());
+        let (task, all) = (targets[1].task(), of_rows(&[0, 1, 2, 3]));
+        let mae = Metric::primary(&task);
+        let parts = [of_rows(&[0]), of_rows(&[1, 2, 3])];
+        assert!((mae.pooled(&task, &parts) - mae.of(&task, &all).unwrap()).abs() < 1e-12);
+        assert_eq!(
+            (mae.pooled(&task, []), Metric::named(&task, "r2").unwrap().pooled(&task, &parts)),
+            (0.0, 0.0)
+        );
+        let targets = Targets::classes(&["a".to_string(), "b".into()], &[0, 1, 1]);
+        let of_rows = |rows: &[usize]| Outcome::new(&targets, rows, [0.9, 0.1].repeat(rows.len()));
+        let (task, parts) = (targets.task(), [of_rows(&[0]), of_rows(&[1, 2])]);
+        assert!((Metric::primary(&task).pooled(&task, &parts) - 100.0 / 3.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn r2_of_equal_true_values_is_that_of_scikit_learn() {
+        // sklearn.metrics.r2_score([5, 5], [5, 5]) and ([5, 5], [5, 6]).
+        assert_eq!((r_squared(&[0.0, 0.0], &[5.0, 5.0]), r_squared(&[0.0, 1.0], &[5.0, 5.0])), (1.0, 0.0));
+    }
+
+    #[test]
+    fn metrics_of_several_attributes_are_means_over_them() {
+        let attribute = |name: &str, levels: &[&str]| Attribute {
+            name: name.into(),
+            classes: levels.iter().map(|level| level.to_string()).collect(),
+        };
+        let attributes = vec![attribute("elasticity", &["1", "2"]), attribute("hardness", &["1", "2", "3"])];
+        let targets = Targets::Levels(Labels::new(attributes, vec![0, 0, 0, 2, 1, 1, 0, 2]));
+        let task = targets.task();
+        let says = |levels: [u32; 2]| {
+            let mut row = [0.0; 5];
+            row[levels[0] as usize] = 1.0;
+            row[2 + levels[1] as usize] = 1.0;
+            row
+        };
+        let outputs = [[0, 0], [1, 2], [1, 2], [0, 2]].map(says).concat();
+        let outcome = Outcome::new(&targets, &[0, 1, 2, 3], outputs);
+        let value = |outcome: &Outcome, name: &str| {
+            let metric = Metric::named(&task, name).unwrap();
+            metric.of(&task, outcome).unwrap()
+        };
+        // Elasticity: recall 2 of 3 and 1 of 1; hardness: 1 of 1, 0 of 1, 2 of 2.
+        assert!((value(&outcome, "accuracy") - 75.0).abs() < 1e-12);
+        let balanced = 100.0 * (5.0 / 6.0 + 2.0 / 3.0) / 2.0;
+        assert!((value(&outcome, "balanced_accuracy") - balanced).abs() < 1e-12);
+        assert!((value(&outcome, "recall") - balanced).abs() < 1e-12);
+        assert_eq!(Metric::primary(&task).terms(&task, &outcome).unwrap(), [1.0, 0.5, 0.5, 1.0]);
+        // No training sample of the third hardness: the mean over that attribute leaves it out, the other keeps all.
+        let outcome = outcome.with_training(&targets, &[0, 2]);
+        assert_eq!((outcome.untrained(0), outcome.untrained(1)), ([].as_slice(), [2].as_slice()));
+        let balanced = 100.0 * (5.0 / 6.0 + 1.0 / 2.0) / 2.0;
+        assert!((value(&outcome, "balanced_accuracy") - balanced).abs() < 1e-12);
+        assert!((value(&outcome, "recall") - balanced).abs() < 1e-12);
+        assert!(outcome.fits(&task, 4) && !outcome.fits(&task, 3) && !outcome.fits(&force_task(), 4));
+        let foreign = |at: usize, label: u32| {
+            let mut other = outcome.clone();
+            let Outcome::Labels { truth, .. } = &mut other else { return false };
+            truth[at] = label;
+            other.fits(&task, 4)
+        };
+        // A level of the other attribute is none of this one.
+        assert!(foreign(1, 2) && !foreign(1, 3) && foreign(0, 1) && !foreign(0, 2));
+        assert!(outcome.is_about(&targets, &[0, 1, 2, 3]) && !outcome.is_about(&targets, &[1, 0, 2, 3]));
+    }
+
+    #[test]
+    fn the_better_value_is_preferred_and_only_it() {
+        for (task, name, better, worse) in [
+            (Task::Classes(vec![]), "accuracy", 90.0, 80.0),
+            (Task::Classes(vec![]), "brier", 0.1, 0.5),
+            (force_task(), "mae", 0.5, 2.0),
+            (force_task(), "r2", 0.75, -1.0),
+        ] {
+            let metric = Metric::named(&task, name).unwrap();
+            assert!(metric.prefers(better, worse) && !metric.prefers(worse, better), "{name}");
+            assert!(!metric.prefers(worse, worse), "{name}");
+            let distance = f64::abs(better - worse);
+            assert_eq!(
+                (metric.worsening(worse, better), metric.worsening(better, worse)),
+                (distance, -distance),
+                "{name}"
+            );
+        }
+    }
+
+    #[test]
+    fn metrics_are_named_with_their_unit() {
+        let classes = Task::Classes(vec![]);
+        for (task, name, title, words) in [
+            (&classes, "accuracy", "accuracy %", "accuracy"),
+            (&classes, "f1", "F1 %", "macro-F1"),
+            (&classes, "brier", "Brier score", "Brier score"),
+            (&force_task(), "rmse", "RMSE N", "RMSE"),
+            (&force_task(), "r2", "R²", "R²"),
+            (&Task::Values(vec![]), "mae", "MAE", "MAE"),
+        ] {
+            let metric = Metric::named(task, name).unwrap();
+            assert_eq!((metric.with_unit(task).as_str(), metric.in_words()), (title, words));
+        }
+    }
+
+    #[test]
+    fn probabilities_are_judged_by_their_own_metrics() {
+        let classes = ["a".to_string(), "b".into()];
+        let targets = Targets::classes(&classes, &[0, 1, 1]);
+        let said = vec![0.9, 0.1, 0.2, 0.8, 0.6, 0.4];
+        let (task, truth) = (targets.task(), [0, 1, 1]);
+        let outcome = Outcome::new(&targets, &[0, 1, 2], said.clone());
+        let value = |name: &str| Metric::named(&task, name).unwrap().of(&task, &outcome).unwrap();
+        let error = calibration_error(&said, &truth, 2, BINS).unwrap();
+        assert_eq!((value("calibration_error"), value("brier")), (error, brier(&said, &truth, 2).unwrap()));
+        assert_eq!(outcome.loss(&task).unwrap(), log_loss(&said, &truth, 2).unwrap());
+        assert_eq!(outcome.outputs(), said);
+        let values = Targets::Values(Values::new(force(), vec![1.0, 2.0]));
+        assert_eq!(Outcome::new(&values, &[0, 1], vec![3.0, 4.0]).outputs(), [3.0, 4.0]);
     }
 }
