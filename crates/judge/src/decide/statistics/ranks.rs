@@ -155,3 +155,32 @@ pub(crate) fn signed_rank(differences: &[f64]) -> Result<f64> {
     let z = (positive - n * (n + 1.0) / 4.0) / variance.sqrt();
     Ok((2.0 * Normal::standard().sf(z.abs())).min(1.0))
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+
+    /// Compares with `scipy.stats.wilcoxon(d, zero_method="wilcox", correction=False, mode="approx")`.
+    #[test]
+    fn many_differences_are_scipys_normal_approximation() {
+        for (count, period, offset, want) in [
+            (600, 101, 48.0, 0.10813652183450376),
+            (600, 7, 3.2, 0.0020705509694158167),
+            (501, 97, 44.0, 0.002227500876570399),
+            (700, 5, 2.0, 1.0),
+        ] {
+            let differences: Vec<f64> = (0..count).map(|i| f64::from(i * 37 % period) - offset).collect();
+            let turned: Vec<f64> = differences.iter().map(|d| -d).collect();
+            for each in [&differences, &turned] {
+                let p = signed_rank(each).unwrap();
+                assert!((p - want).abs() <= 1e-9, "{count} of {period}: got {p}, want {want}");
+            }
+        }
+        // Up to 500 differences the test is exact; without one that is not 0 there is nothing to test.
+        let few = [1.0, -2.0, 3.0];
+        assert_eq!(signed_rank(&few).unwrap(), wilcoxon(&few).unwrap());
+        assert_eq!(signed_rank(&[0.0; 501]).unwrap(), 1.0);
+        assert!(signed_rank(&[]).is_err() && signed_rank(&[f64::NAN; 501]).is_err());
+    }
+}
