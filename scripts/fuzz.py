@@ -128,7 +128,7 @@ def main():
     parser.add_argument("--seconds", type=int, help="at most this long for a target")
     parser.add_argument("--max-len", type=int, default=16384, help="bytes of a file")
     parser.add_argument("--rss-mb", type=int, default=1024, help="memory of a process")
-    parser.add_argument("--timeout", type=int, default=10, help="seconds for a file")
+    parser.add_argument("--timeout", type=int, default=10, help="seconds of the clock for a file; more where others keep the machine busy")
     parser.add_argument("--page", action="store_true", help="write docs/fuzzing.md of all runs, in place of fuzzing")
     parser.add_argument("--lines", action="store_true", help="lines that the corpora reach, in place of fuzzing")
     limits = parser.parse_args()
