@@ -321,6 +321,17 @@ mod tests {
     }
 
     #[test]
+    fn several_quantities_are_read_row_by_row() {
+        let quantity = |name: &str| Quantity { name: name.into(), unit: None };
+        let rows = [[4.0, 0.5], [3.0, 1.5], [2.0, 2.5], [1.0, 3.5]];
+        let values = Values::new(vec![quantity("force"), quantity("height")], rows.concat());
+        assert_eq!(values.of(&[2, 0, 3, 2]), [rows[2], rows[0], rows[3], rows[2]].concat());
+        assert!(values.of(&[]).is_empty());
+        // Parts are those of the first quantity.
+        assert_eq!(*Targets::Values(values).strata(), [1, 1, 0, 0]);
+    }
+
+    #[test]
     fn strata_of_levels_are_their_combinations() {
         let attribute = |name: &str| Attribute { name: name.into(), classes: vec!["0".into(), "1".into()] };
         let labels = Labels::new(vec![attribute("a"), attribute("b")], vec![1, 0, 0, 1, 1, 0]);
