@@ -21,6 +21,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 DATA = "crates/data/src/"
 LEARN = "crates/learn/src/"
+JUDGE = "crates/judge/src/decide/"
 
 
 def tests(package, *names):
@@ -50,6 +51,11 @@ FAULTS = [
     ("copies are no headline", LEARN + "run/leaks.rs", "trained.contains(&hashes[**row])", "trained.len() > hashes.len() && **row > 0", tests("taxel-learn", "leaks")),
     ("an untrained class is no headline", LEARN + "run/leaks.rs", "names.extend(missing);", "names.extend(missing.into_iter().take(0));", tests("taxel-learn", "leaks")),
     ("an untrained class is a plain 0", "crates/learn/src/metrics/mod.rs", "occurs(class) && !untrained.iter().any(|other| *other as usize == class)", "occurs(class) && !untrained.is_empty() == !untrained.is_empty()", tests("taxel-learn", "lib", "leaks")),
+    ("all right promises 100 %", LEARN + "metrics/interval.rs", "let low = if share <= 0.0 {", "let low = if share >= 1.0 { 1.0 } else if share <= 0.0 {", tests("taxel-learn", "intervals")),
+    ("groups count as samples", LEARN + "metrics/interval.rs", "Some(_) => plain.grouped(kind, &tested),", "Some(_) => plain.ungrouped(kind),", tests("taxel-learn", "intervals")),
+    ("a bootstrap of few groups is narrow", JUDGE + "statistics/bootstrap.rs", "t_quantile((alike - 1.0).max(1.0), quantile)", "t_quantile(f64::INFINITY, quantile)", tests("taxel-judge", "statistics")),
+    ("two folds have no power", JUDGE + "comparison.rs", "const FEW_PARTS: usize = 2;", "const FEW_PARTS: usize = 1;", tests("taxel-judge", "lib")),
+    ("what faults break is recommended", JUDGE + "choice.rs", "curve.breaks_at == Some(1)", "curve.breaks_at == Some(0)", tests("taxel-judge", "lib")),
     ("the beginning says the class", DATA + "check/beginning.rs", "above >= SUSPICIOUS * (1.0 - self.chance) &&", "above >= 1.0 &&", tests("taxel-data", "beginning")),
     ("blocks of one class", LEARN + "run/leaks.rs", "runs as f64 <= 0.25 * expected", "runs as f64 <= 0.0 * expected", tests("taxel-learn", "leaks")),
     ("look-alike labels", DATA + "dataset/labels.rs", "if let Some(first) = seen.insert(plain, name) {", "if let Some(first) = seen.insert(name.clone(), name) {", tests("taxel-data", "text_files")),

@@ -586,12 +586,17 @@ fn choose_names_the_smallest_that_suffices() {
     good(&[&quick[..], &baselines].concat());
     let shown = good(&["choose", text(&run), "--by", "size"]);
     assert!(shown.contains("95 % interval") && shown.contains("chosen"), "{shown}");
-    assert!(shown.contains("majority") && shown.contains("Too few data"), "{shown}");
+    assert!(shown.contains("majority") && shown.contains("worse"), "{shown}");
+    assert!(shown.contains("Not tested under faults: run taxel stress"), "{shown}");
     let json: serde_json::Value =
         serde_json::from_str(&good(&["choose", text(&run), text(&run), "--format", "json"])).unwrap();
     let choices = json["choices"].as_array().unwrap();
     assert_eq!((choices.len(), &json["across"]), (2, &serde_json::Value::Null));
-    assert_eq!(choices[0]["choice"]["evidence"].as_array().unwrap().len(), 4);
+    let choice = &choices[0]["choice"];
+    assert_eq!(choice["evidence"].as_array().unwrap().len(), 4);
+    // Each but the best names the test that gave its p.
+    let tested = choice["evidence"].as_array().unwrap().iter().filter(|row| row["test"].is_string()).count();
+    assert_eq!((tested, &choice["criteria"]["clean_only"]), (3, &serde_json::json!(false)));
     // Nobody loses less than nothing to faults; majority does, and is never chosen.
     let none = taxel(&["choose", text(&run), "--max-loss", "0"]);
     let shown = String::from_utf8(none.stdout).unwrap();

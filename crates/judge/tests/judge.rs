@@ -235,6 +235,30 @@ fn a_judgement_holds_what_a_report_needs() {
     assert_eq!(Judgement::read(&case).unwrap().unwrap(), judgement);
 }
 
+/// Opens a folder whose files have the bootstrap intervals of older versions, and no count of groups.
+#[test]
+fn intervals_of_older_folders_are_computed_anew() {
+    let folder = tempfile::tempdir().unwrap();
+    let case = gripper(folder.path());
+    let judgement =
+        judge(&case, &JudgeOptions { stress: None, budget: 0.05, ..JudgeOptions::default() }).unwrap();
+    let (first, path) = (&judgement.networks[0].results, folder.path().join("results.json"));
+    assert!(first.interval.is_some() && first.interval_groups.is_some_and(|groups| groups > 1), "{first:?}");
+    let mut older = judgement.clone();
+    let mut results: Value = serde_json::from_str(&std::fs::read_to_string(&path).unwrap()).unwrap();
+    for row in 0..older.networks.len() {
+        older.networks[row].results.interval = Some([100.0, 100.0]);
+        older.networks[row].results.interval_groups = None;
+        results["networks"][row]["interval"] = json!([100.0, 100.0]);
+        results["networks"][row].as_object_mut().unwrap().remove("interval_groups");
+    }
+    older.write(&case.folder).unwrap();
+    std::fs::write(&path, results.to_string()).unwrap();
+    let opened = Case::new(RunFolder::open(folder.path()).unwrap(), case.dataset.clone()).unwrap();
+    assert_eq!(opened.results, case.results);
+    assert_eq!(Judgement::read(&opened).unwrap().unwrap(), judgement);
+}
+
 #[test]
 fn a_run_is_chosen_from() {
     let folder = tempfile::tempdir().unwrap();
@@ -242,12 +266,14 @@ fn a_run_is_chosen_from() {
     let options = JudgeOptions { stress: None, budget: 0.05, ..JudgeOptions::default() };
     let judgement = judge(&case, &options).unwrap();
     let choice = choose(&case, &judgement, &Criteria::default()).unwrap();
-    assert_eq!((choice.test, choice.evidence.len()), (Test::NadeauBengio, 7));
+    // The fingertip's groups are its sessions.
+    assert_eq!((choice.test, choice.evidence.len()), (Test::GroupedPairs, 7));
     let best = choice.evidence.iter().map(|evidence| evidence.score).fold(0.0, f64::max);
     for evidence in &choice.evidence {
         assert_eq!(Some(evidence.score), judgement.network(&evidence.network).unwrap().score());
         assert!((evidence.difference - (evidence.score - best)).abs() < 1e-9, "{evidence:?}");
         assert_eq!(evidence.p.is_none(), evidence.network == choice.best);
+        assert_eq!(evidence.test.is_none(), evidence.network == choice.best);
     }
     // Two folds of thirty tell little, and the words say so.
     assert!(!choice.enough_data, "{choice:#?}");
@@ -299,15 +325,15 @@ fn whole_samples_answered_early_are_the_runs_own_answers() {
 }
 
 #[test]
-fn one_random_split_is_mcnemars() {
+fn one_random_split_is_tested_by_its_groups() {
     let folder = tempfile::tempdir().unwrap();
     let case = gripper(folder.path());
     let judgement =
         judge(&case, &JudgeOptions { stress: None, budget: 0.05, ..JudgeOptions::default() }).unwrap();
     let choice =
         choose(&case, &judgement, &Criteria { cost: CostKind::Macs, ..Criteria::default() }).unwrap();
-    assert_eq!(choice.test, Test::McNemar);
-    // The gripper's groups are its objects: whole ones are drawn.
+    // The gripper's groups are its objects.
+    assert_eq!(choice.test, Test::GroupedPairs);
     let other = choice.evidence.iter().find(|evidence| evidence.network != choice.best).unwrap();
     let [low, high] = other.interval.unwrap();
     assert!(low <= other.difference && other.difference <= high && low < high, "{other:?}");

@@ -4,11 +4,13 @@
 
 use std::cell::Cell;
 
+use rand::RngExt;
 use serde_json::Value;
 use taxel_judge::statistics::{
-    cluster_bootstrap, corrected_t, friedman, holm, independent, mcnemar, nemenyi, spread_ratio, wilcoxon,
+    cluster_bootstrap, corrected_t, friedman, grouped_pairs, holm, independent, mcnemar, nemenyi,
+    spread_ratio, wilcoxon,
 };
-use taxel_learn::metrics::Clusters;
+use taxel_learn::metrics::{Clusters, bootstrap, mean_sd, quantile, t_quantile};
 
 fn cases(name: &str) -> Vec<Value> {
     let all: Value = serde_json::from_str(include_str!("data/statistics.json")).unwrap();
@@ -198,23 +200,32 @@ fn the_bootstrap_draws_whole_clusters_and_keeps_pairs() {
     let mean =
         |rows: &[usize]| Some(rows.iter().map(|&row| differences[row]).sum::<f64>() / rows.len() as f64);
     let interval = cluster_bootstrap(&clusters, mean, 0.9, 500, (4, "x")).unwrap().unwrap();
-    let twin = Clusters::new(&differences, &clusters).interval(0.9, 500, 4, "x");
-    assert!(
-        (interval[0] - twin.0).abs() < 1e-12 && (interval[1] - twin.1).abs() < 1e-12,
-        "{interval:?} {twin:?}"
-    );
+    // The percentiles moved out by what four clusters leave uncertain, by hand.
+    let drawn = Clusters::new(&differences, &clusters);
+    let means = bootstrap(drawn.len(), 500, 4, "x", |drawn_clusters| Some(drawn.mean_of(drawn_clusters)));
+    let (alike, whole) = (81.0 / (9.0 + 3.0 * 4.0), drawn.mean());
+    let t = t_quantile(alike - 1.0, 0.95) * (alike / (alike - 1.0f64)).sqrt();
+    let (_, sd) = mean_sd(&means);
+    for (bound, percentile, side) in [(interval[0], 0.05, -1.0), (interval[1], 0.95, 1.0)] {
+        let moved = (quantile(&means, percentile) - whole).abs() * t / 1.644_853_626_951_472_6;
+        let twin = whole + side * moved.max(t * sd.unwrap());
+        assert!((bound - twin).abs() < 1e-9, "{bound} {twin}");
+    }
     let again = cluster_bootstrap(&clusters, mean, 0.9, 500, (4, "x")).unwrap().unwrap();
     assert_eq!(interval, again);
     // One cluster says nothing about others; a statistic that is mostly undefined has no interval.
     assert_eq!(cluster_bootstrap(&[7; 9], mean, 0.9, 500, (4, "x")).unwrap(), None);
     assert!(cluster_bootstrap(&[7, 7, 8], mean, 0.9, 500, (4, "x")).unwrap().is_some());
     assert_eq!(cluster_bootstrap(&clusters, |_| None, 0.9, 500, (4, "x")).unwrap(), None);
+    // Without spread nothing is known, unless nothing differs.
+    assert_eq!(cluster_bootstrap(&clusters, |_| Some(2.0), 0.9, 500, (4, "x")).unwrap(), None);
+    assert_eq!(cluster_bootstrap(&clusters, |_| Some(0.0), 0.9, 500, (4, "x")).unwrap(), Some([0.0, 0.0]));
     // One undefined resample in twenty is borne, two are not.
     for (undefined, has) in [(1, true), (2, false)] {
         let draw = Cell::new(0);
         let now_and_then = |_: &[usize]| {
             draw.set(draw.get() + 1);
-            (draw.get() > undefined).then_some(0.5)
+            (draw.get() > undefined).then_some(f64::from(draw.get()))
         };
         let interval = cluster_bootstrap(&clusters, now_and_then, 0.9, 20, (4, "x")).unwrap();
         assert_eq!(interval.is_some(), has, "{undefined} undefined");
@@ -222,4 +233,78 @@ fn the_bootstrap_draws_whole_clusters_and_keeps_pairs() {
     assert!(cluster_bootstrap(&clusters, |_| Some(f64::NAN), 0.9, 500, (4, "x")).is_err());
     assert!(cluster_bootstrap(&clusters, mean, 0.0, 500, (4, "x")).is_err());
     assert!(cluster_bootstrap(&clusters, mean, 0.9, 0, (4, "x")).is_err());
+}
+
+#[test]
+fn pairs_of_groups_are_tested_by_their_groups() {
+    // 10 samples of each of 6 groups: the first network alone gets 4 more right in every group.
+    let groups: Vec<u32> = (0..60).map(|at| at / 10).collect();
+    let samples: Vec<u32> = (0..60).collect();
+    let even: Vec<f64> = (0..60).map(|at| f64::from(u8::from(at % 10 < 4))).collect();
+    let even = grouped_pairs(&even, &samples, &groups, 0.95).unwrap().unwrap();
+    assert!(even.p < 0.001 && even.interval.unwrap()[0] > 0.2, "{even:?}");
+    // The same 24 samples, all of two groups and four of a third: that may be chance.
+    let uneven: Vec<f64> = (0..60).map(|at| f64::from(u8::from(at < 24))).collect();
+    let uneven = grouped_pairs(&uneven, &samples, &groups, 0.95).unwrap().unwrap();
+    assert!((uneven.mean - even.mean).abs() < 1e-12, "{uneven:?}");
+    assert!(uneven.p > 0.03 && uneven.p > 100.0 * even.p, "{uneven:?} {even:?}");
+    assert!(mcnemar(24, 0) < 1e-6, "samples alone would promise much");
+    assert_eq!(grouped_pairs(&[1.0, 0.0], &[0, 1], &[3, 3], 0.95).unwrap(), None);
+    assert!(grouped_pairs(&[], &[], &[], 0.95).is_err());
+    // Nothing differs in 60 samples: not a promise that nothing ever will.
+    let none = grouped_pairs(&[0.0; 60], &samples, &groups, 0.95).unwrap().unwrap();
+    let [low, high] = none.interval.unwrap();
+    assert!(none.p == 1.0 && low < -0.01 && high > 0.01, "{none:?}");
+}
+
+/// Macro-F1 of three classes over confusions `[true][predicted]` of samples, by position.
+fn macro_f1(labels: &[(usize, usize)], rows: &[usize]) -> f64 {
+    let mut counts = [[0.0; 3]; 3];
+    rows.iter().for_each(|&row| counts[labels[row].0][labels[row].1] += 1.0);
+    let of = |class: usize| {
+        let (hits, both) =
+            (counts[class][class], (0..3).map(|other| counts[class][other] + counts[other][class]));
+        2.0 * hits / both.sum::<f64>().max(1.0)
+    };
+    (0..3).map(of).sum::<f64>() / 3.0
+}
+
+/// Groups of 30 samples with their own accuracy, and 30 samples alone: how often the truth lies inside.
+#[test]
+fn the_bootstrap_of_macro_f1_covers_with_its_correction() {
+    let draw = |rng: &mut taxel_base::seed::Rng, groups: usize| {
+        let mut labels = vec![];
+        for _ in 0..groups {
+            let accuracy = 0.65 + 0.3 * rng.random::<f64>();
+            labels.extend((0..30).map(|at| {
+                let (truth, right) = (at % 3, rng.random::<f64>() < accuracy);
+                (truth, if right { truth } else { (truth + 1 + usize::from(rng.random::<f64>() < 0.3)) % 3 })
+            }));
+        }
+        labels
+    };
+    let mut rng = taxel_base::seed::rng(6, "truth of F1");
+    let many = draw(&mut rng, 20_000);
+    let truth = macro_f1(&many, &(0..many.len()).collect::<Vec<_>>());
+    for (groups, least) in [(2, 88.0), (3, 90.0), (5, 92.0), (10, 93.0), (20, 93.0)] {
+        let clusters: Vec<u32> = (0..30 * groups as u32).map(|at| at / 30).collect();
+        let (mut inside, mut before) = (0, 0);
+        for trial in 0..300 {
+            let labels = draw(&mut rng, groups);
+            let statistic = |rows: &[usize]| Some(macro_f1(&labels, rows));
+            let purpose = format!("F1 {trial}");
+            let found = cluster_bootstrap(&clusters, statistic, 0.95, 200, (6, &purpose)).unwrap();
+            inside += usize::from(found.is_some_and(|[low, high]| low <= truth && truth <= high));
+            let values = bootstrap(groups, 200, 6, &purpose, |drawn| {
+                let rows: Vec<usize> = drawn.iter().flat_map(|g| 30 * g..30 * (g + 1)).collect();
+                Some(macro_f1(&labels, &rows))
+            });
+            let [low, high] = [0.025, 0.975].map(|q| quantile(&values, q));
+            before += usize::from(low <= truth && truth <= high);
+        }
+        let [inside, before] = [inside, before].map(|hits| f64::from(hits as u32) / 3.0);
+        println!("macro-F1, {groups} groups: {inside:.1} %, percentiles alone {before:.1} %");
+        assert!((least..=98.5).contains(&inside), "{groups} groups: {inside} %");
+        assert!(groups > 5 || before < 90.0, "{groups} groups, percentiles alone: {before} %");
+    }
 }

@@ -4,8 +4,8 @@
 
 use serde_json::Value;
 use taxel_learn::metrics::{
-    BINS, ClassScores, Clusters, Confusion, LevelScores, Levels, MacroScores, Scores, argmax, brier,
-    calibration_error, log_loss, mean_sd, quantile, softmax,
+    BINS, ClassScores, Clusters, Confusion, LevelScores, Levels, MacroScores, MeanEstimate, Scores, Terms,
+    argmax, brier, calibration_error, log_loss, mean_sd, quantile, softmax,
 };
 
 fn labels(value: &Value) -> Vec<u32> {
@@ -99,24 +99,20 @@ fn bootstrap_means_and_quantiles_agree_with_numpy() {
 }
 
 #[test]
-fn intervals_widen_where_samples_come_in_clusters() {
+fn intervals_widen_where_samples_come_in_groups() {
     // 400 samples, half of them right; then the same in 8 sessions that are all right or all wrong.
     let right: Vec<f64> = (0..400).map(|i| f64::from(i / 50 % 2)).collect();
-    let single = Clusters::new(&right, &(0..400).collect::<Vec<u32>>());
-    let (low, high) = single.interval(0.95, 4000, 0, "alone");
+    let samples: Vec<u32> = (0..400).collect();
+    let sessions: Vec<u32> = samples.iter().map(|i| i / 50).collect();
+    let interval = |groups: Option<&[u32]>| {
+        MeanEstimate::of(&right, &samples, groups, Terms::Shares).unwrap().interval(0.95).unwrap()
+    };
+    let [low, high] = interval(None);
     // The normal approximation: 1.96 sqrt(0.25 / 400).
-    assert!((low - 0.451).abs() <= 0.01 && (high - 0.549).abs() <= 0.01, "{low} {high}");
-    assert_eq!((low, high), single.interval(0.95, 4000, 0, "alone"));
-    assert_ne!((low, high), single.interval(0.95, 4000, 1, "alone"));
-    let sessions = Clusters::new(&right, &(0..400).map(|i| i / 50).collect::<Vec<u32>>());
-    let (low, high) = sessions.interval(0.95, 4000, 0, "sessions");
-    // Binomial of 8: 2.5 % lie below 1 or at it, 97.5 % at 7 or below.
-    assert!(low <= 0.25 && high >= 0.75, "{low} {high}");
-    let one = Clusters::new(&[1.0, 0.0], &[3, 3]);
-    assert_eq!(one.interval(0.95, 10, 0, "one"), (0.5, 0.5));
-    let none = Clusters::new(&[], &[]);
-    assert!(none.is_empty() && !one.is_empty());
-    assert!(none.interval(0.95, 10, 0, "none").0.is_nan());
+    assert!((low - 0.451).abs() <= 0.001 && (high - 0.549).abs() <= 0.001, "{low} {high}");
+    let [low, high] = interval(Some(&sessions));
+    // Wilson's of 4 in 8 is 0.215 to 0.785.
+    assert!((0.15..0.28).contains(&low) && (low + high - 1.0).abs() < 1e-9, "{low} {high}");
 }
 
 #[test]

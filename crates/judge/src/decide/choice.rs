@@ -1,20 +1,26 @@
-//! The smallest network that suffices, with the evidence.
+//! The smallest network that suffices, on clean samples and under faults, with the evidence.
 
 use taxel_learn::Problem;
 
-use super::choice_words::{choice_words, unseen};
+use super::choice_words::{NOTABLE, choice_words, unseen};
 use super::comparison::{Comparison, Effect};
 use super::hardening::hardening;
 use super::statistics::holm;
 use crate::case::Case;
 use crate::error::{Error, Result};
-use crate::values::{Choice, CostKind, Criteria, Evidence, Judged, Judgement, MAJORITY, Primary};
+use crate::values::{
+    COMMON_FAULTS, Choice, CostKind, Criteria, Evidence, Judged, Judgement, MAJORITY, Primary,
+};
 
 /// Chooses the smallest network of a run that suffices: of those that are not significantly worse than the most
 /// accurate one, by the primary metric of the task, the cheapest, with the evidence. Baselines take part. Never chosen
 /// are majority, which reads nothing, what diverged in training, what is no better than chance, and what seems to lose
 /// more than [`Criteria::margin`], significantly or not. Of a learning curve only the rows with the most training
 /// samples take part.
+///
+/// After a stress test what loses half of its margin above chance at severity 1 of a common fault is passed over for
+/// the cheapest one that does not. Where all break, the cheapest is chosen, with the steadiest beside it. Of a network
+/// and its fault-augmented twin that clean samples cannot tell apart, the twin is chosen.
 ///
 /// # Errors
 /// Criteria outside their range, or a limit on losses without a stress test.
@@ -63,7 +69,7 @@ pub(super) fn decide(
             .then(|| format!("seems to lose {}, but the data cannot tell", primary.difference(lost)));
     }
     let best = best.results.network.clone();
-    let chosen = cheapest(&primary, &evidence).map(|network| network.network.clone());
+    let picked = pick(comparison, judgement, criteria, &evidence)?;
     let enough_data =
         evidence.iter().all(|network| network.network == best || !unseen(&primary, network, margin));
     let mut choice = Choice {
@@ -71,7 +77,9 @@ pub(super) fn decide(
         primary,
         test: comparison.test(),
         best,
-        chosen,
+        chosen: picked.chosen,
+        passed_over: picked.passed_over,
+        steadier: picked.steadier,
         enough_data,
         evidence,
         words: vec![],
@@ -100,10 +108,10 @@ fn one(
     criteria: &Criteria,
 ) -> Result<Evidence> {
     let (name, best_name) = (&row.results.network, &best.results.network);
-    let effect = if name == best_name {
-        Some(Effect { size: 0.0, interval: None, p: None })
-    } else {
-        comparison.difference(name, best_name, None)?
+    let tested = if name == best_name { None } else { comparison.tested(name, best_name, None)? };
+    let effect = match tested {
+        None if name == best_name => Some(Effect { size: 0.0, interval: None, p: None }),
+        tested => tested.map(|(effect, _)| effect),
     };
     let mean_loss = judgement.stress.as_ref().and_then(|stress| stress.mean_loss(name));
     Ok(Evidence {
@@ -112,10 +120,12 @@ fn one(
         difference: effect.map_or(score(row) - score(best), |e| e.size),
         interval: effect.and_then(|e| e.interval),
         p: effect.and_then(|e| e.p),
+        test: tested.map(|(_, test)| test),
         p_holm: None,
         worse: false,
         cost: cost(judgement.clean_twin(row).unwrap_or(row), criteria.cost),
         mean_loss,
+        breaks_at_1: breaks_at_1(judgement, name),
         refused: match effect {
             None => Some(format!("has no finished fold in common with {best_name}")),
             Some(_) => refusal(row, judgement, mean_loss, criteria),
@@ -177,9 +187,83 @@ fn correct(primary: &Primary, evidence: &mut [Evidence], alpha: f64) {
     }
 }
 
-/// Returns the cheapest that is neither refused nor worse; of equals the more accurate.
-fn cheapest<'a>(primary: &Primary, evidence: &'a [Evidence]) -> Option<&'a Evidence> {
-    let candidates = evidence.iter().filter(|network| network.refused.is_none() && !network.worse);
+/// Returns the common faults that take half of the margin of a row at severity 1.
+fn breaks_at_1(judgement: &Judgement, name: &str) -> Vec<taxel_faults::Fault> {
+    let networks = judgement.stress.iter().flat_map(|stress| &stress.networks);
+    let curves = networks.filter(|tested| tested.network == name).flat_map(|tested| &tested.curves);
+    let breaks = curves.filter(|curve| curve.breaks_at == Some(1)).map(|curve| curve.fault);
+    breaks.filter(|fault| COMMON_FAULTS.contains(fault)).collect()
+}
+
+/// The chosen one, and those that are named beside it.
+#[derive(Default)]
+struct Picked {
+    chosen: Option<String>,
+    passed_over: Option<String>,
+    steadier: Option<String>,
+}
+
+/// Picks the cheapest that suffices, on clean samples and under faults.
+fn pick(
+    comparison: &Comparison,
+    judgement: &Judgement,
+    criteria: &Criteria,
+    evidence: &[Evidence],
+) -> Result<Picked> {
+    let primary = judgement.primary();
+    let candidates: Vec<&Evidence> =
+        evidence.iter().filter(|network| network.refused.is_none() && !network.worse).collect();
+    let Some(clean) = cheapest(&primary, candidates.iter().copied()) else { return Ok(Picked::default()) };
+    let named = |network: &Evidence| Some(network.network.clone());
+    if criteria.clean_only {
+        return Ok(Picked { chosen: named(clean), ..Picked::default() });
+    }
+    let twin = |of| augmented_twin(comparison, judgement, criteria.alpha, of, &candidates);
+    let first = twin(clean)?;
+    if first.breaks_at_1.is_empty() {
+        return Ok(Picked { chosen: named(first), ..Picked::default() });
+    }
+    let steady = candidates.iter().copied().filter(|network| network.breaks_at_1.is_empty());
+    if let Some(network) = cheapest(&primary, steady) {
+        return Ok(Picked { chosen: named(twin(network)?), passed_over: named(clean), steadier: None });
+    }
+    let notable = primary.share(NOTABLE, judgement.chance);
+    let loss = |network: &Evidence| network.mean_loss.unwrap_or(f64::INFINITY);
+    let steadiest = candidates.iter().copied().min_by(|a, b| loss(a).total_cmp(&loss(b)));
+    let steadier = steadiest.filter(|network| loss(network) + notable < loss(first)).and_then(named);
+    Ok(Picked { chosen: named(first), passed_over: None, steadier })
+}
+
+/// Returns the fault-augmented twin of a candidate, if it is one too, clean samples cannot tell the two apart and no
+/// stress test speaks against it; else the candidate.
+fn augmented_twin<'a>(
+    comparison: &Comparison,
+    judgement: &Judgement,
+    alpha: f64,
+    of: &'a Evidence,
+    candidates: &[&'a Evidence],
+) -> Result<&'a Evidence> {
+    let primary = judgement.primary();
+    for twin in candidates {
+        let row = judgement.network(&twin.network);
+        if row
+            .and_then(|row| judgement.clean_twin(row))
+            .is_none_or(|clean| clean.results.network != of.network)
+            || twin.mean_loss.zip(of.mean_loss).is_some_and(|(twin, clean)| twin > clean)
+        {
+            continue;
+        }
+        let difference = comparison.difference(&twin.network, &of.network, None)?;
+        let is_worse = |e: &Effect| primary.loss(e.size) > 0.0 && e.p.is_some_and(|p| p < alpha);
+        if difference.is_some_and(|effect| !is_worse(&effect)) {
+            return Ok(twin);
+        }
+    }
+    Ok(of)
+}
+
+/// Returns the cheapest of the candidates; of equals the more accurate.
+fn cheapest<'a>(primary: &Primary, candidates: impl Iterator<Item = &'a Evidence>) -> Option<&'a Evidence> {
     candidates.min_by(|a, b| {
         let cost = |network: &Evidence| network.cost.unwrap_or(f64::INFINITY);
         cost(a).total_cmp(&cost(b)).then(primary.order(b.score, a.score))

@@ -1,12 +1,13 @@
 //! A choice in sentences.
 
+use taxel_learn::metrics::FEW_GROUPS;
 use taxel_report::numbers;
 
 use super::p_value::shown;
-use crate::values::{Choice, Evidence, Hardened, Judged, Judgement, MAJORITY, Primary, Test};
+use crate::values::{Choice, Evidence, Hardened, Judged, Judgement, MAJORITY, Primary, Stress, Test};
 
 /// Percentage points of mean loss under faults that are worth a word; of values as [`Primary::share`] says.
-const NOTABLE: f64 = 2.0;
+pub(super) const NOTABLE: f64 = 2.0;
 
 /// Says which network is chosen, how much worse than the best and how much cheaper it is, how it stands faults, and which
 /// doubts remain.
@@ -39,7 +40,16 @@ pub(super) fn choice_words(choice: &Choice, judgement: &Judgement, hardening: &[
         }
     }
     words.extend(faults(chosen, best, judgement));
-    words.extend(hardened(&choice.primary, chosen, hardening));
+    words.extend(
+        choice
+            .passed_over
+            .as_deref()
+            .and_then(evidence_of)
+            .and_then(|cheap| passed_over(choice, cheap, chosen, judgement.stress.as_ref()?)),
+    );
+    let steadier = choice.steadier.as_deref().and_then(evidence_of);
+    words.extend(judgement.stress.as_ref().and_then(|stress| breaks(choice, chosen, steadier, stress)));
+    words.extend(hardened(&choice.primary, chosen, hardening).or_else(|| twin(chosen, judgement)));
     words.extend(doubts(choice, judgement, Some(chosen)));
     words.extend(leaks(judgement));
     words
@@ -66,6 +76,7 @@ fn is_best(choice: &Choice, chosen: &Evidence) -> String {
         .filter(|evidence| evidence.network != MAJORITY && evidence.cost < chosen.cost)
         .map(|evidence| match (&evidence.refused, evidence.p_holm) {
             (Some(reason), _) => format!("{} {reason}", evidence.network),
+            _ if !evidence.worse => format!("{} does not stand faults", evidence.network),
             (_, Some(p)) => {
                 let by = primary.with_points(&primary.show_signed()(evidence.difference));
                 format!("{} ({by}, p {})", evidence.network, shown(p))
@@ -83,7 +94,8 @@ fn is_best(choice: &Choice, chosen: &Evidence) -> String {
 
 fn suffices(choice: &Choice, chosen: &Evidence, best: &Evidence) -> String {
     let primary = &choice.primary;
-    let p = chosen.p_holm.map_or(String::new(), |p| format!(" ({}, p {})", test(choice.test), shown(p)));
+    let by = test(chosen.test.unwrap_or(choice.test));
+    let p = chosen.p_holm.map_or(String::new(), |p| format!(" ({by}, p {})", shown(p)));
     let (lost, title) = (primary.loss(chosen.difference), primary.title());
     let gives_up = match (lost > 0.0, primary.is_percent()) {
         (true, true) => format!("gives up {} of {title}", points(primary, lost)),
@@ -109,6 +121,7 @@ fn test(test: Test) -> &'static str {
     match test {
         Test::NadeauBengio => "corrected resampled t-test with Holm's correction",
         Test::McNemar => "McNemar's exact test with Holm's correction",
+        Test::GroupedPairs => "test of grouped pairs with Holm's correction",
         Test::Wilcoxon => "Wilcoxon's signed-rank test with Holm's correction",
     }
 }
@@ -165,6 +178,57 @@ fn faults(chosen: &Evidence, best: &Evidence, judgement: &Judgement) -> Option<S
     })
 }
 
+/// Returns the names of the common faults that break a network at severity 1, with their levels: `noise (1 % of full scale)`.
+fn broken_by(evidence: &Evidence, stress: &Stress) -> String {
+    let named = |fault: &taxel_faults::Fault| match stress.faults.iter().find(|info| info.fault == *fault) {
+        Some(info) => format!("{fault} ({} {})", info.level(1), info.unit),
+        None => fault.to_string(),
+    };
+    listed(&evidence.breaks_at_1.iter().map(named).collect::<Vec<_>>())
+}
+
+/// Says why a cheaper network was not chosen, with the figures of both.
+fn passed_over(choice: &Choice, cheap: &Evidence, chosen: &Evidence, stress: &Stress) -> Option<String> {
+    let primary = &choice.primary;
+    let [cheap_loss, loss] = [cheap.mean_loss?, chosen.mean_loss?].map(|loss| number(primary, loss));
+    Some(format!(
+        "{} is cheaper and suffices on clean samples ({}), but loses half of its margin at severity 1 of {}. Faults cost \
+         it {} on average, {} {loss}.",
+        cheap.network,
+        primary.named_value(cheap.score),
+        broken_by(cheap, stress),
+        primary.with_points(&cheap_loss),
+        chosen.network,
+    ))
+}
+
+/// Says that a common fault breaks the chosen network early, and which one stands it better.
+fn breaks(
+    choice: &Choice,
+    chosen: &Evidence,
+    steadier: Option<&Evidence>,
+    stress: &Stress,
+) -> Option<String> {
+    if chosen.breaks_at_1.is_empty() {
+        return None;
+    }
+    let primary = &choice.primary;
+    let by = broken_by(chosen, stress);
+    let beside = match steadier.and_then(|other| Some((other, other.mean_loss?, chosen.mean_loss?))) {
+        Some((other, loss, own)) => format!(
+            "Steadier: {} ({} on clean samples) loses {} to faults on average, {} {}",
+            other.network,
+            primary.named_value(other.score),
+            points(primary, loss),
+            chosen.network,
+            number(primary, own)
+        ),
+        None if choice.criteria.clean_only => "Faults did not weigh in this choice".into(),
+        None => "Nothing that suffices is steadier".into(),
+    };
+    Some(format!("Mind: it loses half of its margin at severity 1 of {by}. {beside}."))
+}
+
 /// Says how training under faults changes the loss, for the chosen network.
 fn hardened(primary: &Primary, chosen: &Evidence, hardening: &[Hardened]) -> Option<String> {
     let found = hardening.iter().find(|found| [&found.network, &found.clean].contains(&&chosen.network))?;
@@ -191,6 +255,13 @@ fn hardened(primary: &Primary, chosen: &Evidence, hardening: &[Hardened]) -> Opt
             number(primary, before)
         )
     })
+}
+
+/// Says that the chosen network is fault-augmented, where no faults were tried on it.
+fn twin(chosen: &Evidence, judgement: &Judgement) -> Option<String> {
+    let clean = judgement.clean_twin(judgement.network(&chosen.network)?)?;
+    let (name, clean) = (&chosen.network, &clean.results.network);
+    Some(format!("{name} was trained under faults; {clean} is the same trained on clean samples."))
 }
 
 /// Returns the doubts that remain.
@@ -241,7 +312,13 @@ fn doubts(choice: &Choice, judgement: &Judgement, chosen: Option<&Evidence>) -> 
 fn circumstances(judgement: &Judgement) -> Vec<String> {
     let mut words = vec![];
     if judgement.stress.is_none() {
-        words.push("Not known: what faults do to it; there was no stress test.".into());
+        words.push(
+            "Not tested under faults: run taxel stress; after taxel report they weigh in the choice.".into(),
+        );
+    }
+    let groups = judgement.networks.iter().filter_map(|n| n.results.interval_groups).max();
+    if let Some(groups) = groups.filter(|groups| *groups < FEW_GROUPS) {
+        words.push(format!("Too few groups ({groups}): intervals rest on what is usual within groups."));
     }
     if let Some(most) = judgement.networks.iter().filter_map(|n| n.results.per_class).max() {
         words.push(format!("Only the rows with the most training samples per class ({most}) took part."));

@@ -2,10 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use taxel_data::Task;
+use taxel_data::{Dataset, Task};
+use taxel_learn::metrics::{MeanEstimate, Terms};
 use taxel_learn::{FoldRecord, Protocol};
 
-use super::statistics::{cluster_bootstrap, corrected_t, mcnemar, signed_rank};
+use super::statistics::{cluster_bootstrap, corrected_t, grouped_pairs, mcnemar, signed_rank};
 use crate::case::Case;
 use crate::error::Result;
 use crate::values::{Primary, Test};
@@ -13,12 +14,17 @@ use crate::values::{Primary, Test};
 /// Resamples of a bootstrap interval.
 const DRAWS: usize = 2000;
 
+/// Test parts over which a t-test says next to nothing: with two its quantile is 12.7.
+const FEW_PARTS: usize = 2;
+
 /// Predictions of all networks of a run.
 pub struct Comparison {
     /// Finished folds by network.
     pub networks: Vec<(String, Vec<FoldRecord>)>,
-    /// Cluster of each sample of the data set; the bootstrap draws whole clusters.
+    /// Cluster of each sample of the data set, samples of which count together.
     pub clusters: Vec<u32>,
+    /// Whether clusters are groups; else they are exact copies of one sample.
+    pub is_grouped: bool,
     /// The task of the run.
     pub task: Task,
     /// How the run was divided.
@@ -87,12 +93,25 @@ impl Comparison {
     pub fn of(case: &Case) -> Self {
         let tested = case.results.networks.iter().filter(|n| !n.folds.is_empty());
         let records = |name: &String| (name.clone(), case.records(name).cloned().collect());
+        let networks = tested.map(|network| records(&network.network)).collect();
+        let (protocol, seed) = (&case.results.protocol, case.results.seed);
+        Comparison::of_records(networks, &case.dataset, protocol, seed)
+    }
+
+    /// Collects the predictions in records of folds of `dataset`.
+    pub fn of_records(
+        networks: Vec<(String, Vec<FoldRecord>)>,
+        dataset: &Dataset,
+        protocol: &Protocol,
+        seed: u64,
+    ) -> Self {
         Comparison {
-            networks: tested.map(|network| records(&network.network)).collect(),
-            clusters: case.dataset.clusters(),
-            task: case.task().clone(),
-            protocol: case.results.protocol.clone(),
-            seed: case.results.seed,
+            networks,
+            clusters: dataset.clusters(),
+            is_grouped: dataset.groups.is_some(),
+            task: dataset.task(),
+            protocol: protocol.clone(),
+            seed,
         }
     }
 
@@ -121,13 +140,15 @@ impl Comparison {
         self.records(first).iter().filter_map(together).collect()
     }
 
-    /// Returns the test for these networks: where there is but one test part McNemar's, of values the signed-rank test.
+    /// Returns the test for these networks: with more than two test parts the corrected resampled t-test, else one over
+    /// all samples.
     pub fn test(&self) -> Test {
         let most = self.networks.iter().map(|(_, records)| records.len()).max().unwrap_or(0);
         match self.task {
-            _ if most > 1 => Test::NadeauBengio,
-            Task::Classes(_) | Task::Levels(_) => Test::McNemar,
+            _ if most > FEW_PARTS => Test::NadeauBengio,
             Task::Values(_) => Test::Wilcoxon,
+            Task::Classes(_) | Task::Levels(_) if self.is_grouped => Test::GroupedPairs,
+            Task::Classes(_) | Task::Levels(_) => Test::McNemar,
         }
     }
 
@@ -178,43 +199,109 @@ impl Comparison {
         }
     }
 
-    /// Returns the score of `a` less that of `b`, with a p of [`Comparison::test`]: the primary metric, or the accuracy of
-    /// one attribute. With several attributes McNemar's test counts a sample for the network that gets more of them
-    /// right.
+    /// Returns the primary metric of the first of `names` over the test parts that all of them predicted, with its 95 %
+    /// interval: that of the samples of a single part, else that of the mean over parts.
+    ///
+    /// # Errors
+    /// None that records of a run cause.
+    pub fn score(&self, names: &[&str]) -> Result<Option<Effect>> {
+        let parts = self.parts(names);
+        let [part] = parts.as_slice() else {
+            return self.effect(names, &|predicted: &[Predicted]| Some(predicted[0].score()), 0.95);
+        };
+        let metric = Primary::of(&self.task).metric();
+        let fold = &part[0];
+        let groups = self.clusters_of(part);
+        let samples = if self.is_grouped { rows_of(fold.record) } else { groups.clone() };
+        let found = metric.estimate(&fold.terms, &samples, self.is_grouped.then_some(groups.as_slice()));
+        let interval =
+            found.and_then(|mean| mean.interval(0.95)).map(|ends| ends.map(|end| fold.scale * end));
+        let rows: Vec<usize> = (0..fold.record.index.len()).collect();
+        Ok(Some(Effect { size: Predicted { fold, rows: &rows }.score(), interval, p: None }))
+    }
+
+    /// Returns the score of `a` less that of `b`, as [`Comparison::tested`] has it.
     ///
     /// # Errors
     /// None that records of a run cause.
     pub fn difference(&self, a: &str, b: &str, attribute: Option<usize>) -> Result<Option<Effect>> {
+        Ok(self.tested(a, b, attribute)?.map(|(effect, _)| effect))
+    }
+
+    /// Returns the score of `a` less that of `b` with its p, and the test that gave it: the primary metric, or the accuracy
+    /// of one attribute. Over more than two test parts it is the corrected resampled t-test. Over fewer, and where all
+    /// parts differ alike, it has no power: then all samples are tested together, each once however often it was
+    /// tested. With several attributes McNemar's test counts a sample for the network that gets more of them right.
+    ///
+    /// # Errors
+    /// None that records of a run cause.
+    pub fn tested(&self, a: &str, b: &str, attribute: Option<usize>) -> Result<Option<(Effect, Test)>> {
+        let parts = self.parts(&[a, b]);
         let statistic = |both: &[Predicted]| Some(both[0].accuracy(attribute) - both[1].accuracy(attribute));
-        let Some(mut effect) = self.effect(&[a, b], &statistic, 0.95)? else { return Ok(None) };
-        // A t interval of two folds may go beyond what accuracies can differ by.
+        // A t interval of few folds may go beyond what accuracies can differ by.
         let primary = Primary::of(&self.task);
-        effect.interval = effect.interval.map(|bounds| primary.clamped_difference(bounds));
-        if let [part] = self.parts(&[a, b]).as_slice() {
-            effect.p = Some(match self.task {
-                Task::Classes(_) | Task::Levels(_) => mcnemar_of(part, attribute),
-                Task::Values(_) => self.signed_rank_of(part)?,
-            });
+        let clamped = |effect: Effect| Effect {
+            interval: effect.interval.map(|bounds| primary.clamped_difference(bounds)),
+            ..effect
+        };
+        if parts.len() > FEW_PARTS {
+            let effect = self.effect(&[a, b], &statistic, 0.95)?;
+            if let Some(effect) = effect.filter(|e| e.interval.is_some_and(|[low, high]| low < high)) {
+                return Ok(Some((clamped(effect), Test::NadeauBengio)));
+            }
         }
-        Ok(Some(effect))
+        if parts.is_empty() {
+            return Ok(None);
+        }
+        let mut pairs = Pairs::default();
+        let mut sizes = vec![];
+        for part in &parts {
+            let rows: Vec<usize> = (0..part[0].record.index.len()).collect();
+            let of = |at: usize, rows: &[usize]| Predicted { fold: &part[at], rows }.accuracy(attribute);
+            sizes.push(of(0, &rows) - of(1, &rows));
+            pairs.differences.extend(rows.iter().map(|&row| of(0, &[row]) - of(1, &[row])));
+            pairs.clusters.extend(self.clusters_of(part));
+            pairs.rows.extend(rows_of(part[0].record));
+        }
+        let size = sizes.iter().sum::<f64>() / sizes.len() as f64;
+        let (interval, p, test) = match self.task {
+            Task::Classes(_) | Task::Levels(_) => self.pairs_of_labels(&pairs)?,
+            Task::Values(_) => self.pairs_of_values(&pairs, &format!("{a} {b}"))?,
+        };
+        // Parts of unequal sizes weigh otherwise in the mean over parts.
+        let interval = interval.map(|[low, high]| [low.min(size), high.max(size)]);
+        Ok(Some((clamped(Effect { size, interval, p: Some(p) }), test)))
+    }
+
+    /// Tests differences in percentage points.
+    fn pairs_of_labels(&self, pairs: &Pairs) -> Result<(Option<[f64; 2]>, f64, Test)> {
+        let shares: Vec<f64> = pairs.differences.iter().map(|points| points / 100.0).collect();
+        let percent = |ends: [f64; 2]| ends.map(|end| 100.0 * end);
+        if !self.is_grouped {
+            let found = MeanEstimate::of(&shares, &pairs.clusters, None, Terms::Differences);
+            let interval = found.and_then(|mean| mean.interval(0.95)).map(percent);
+            return Ok((interval, mcnemar_of(pairs.means(&pairs.clusters)), Test::McNemar));
+        }
+        Ok(match grouped_pairs(&shares, &pairs.rows, &pairs.clusters, 0.95)? {
+            Some(found) => (found.interval.map(percent), found.p, Test::GroupedPairs),
+            // One group says nothing about others.
+            None => (None, mcnemar_of(pairs.means(&pairs.rows)), Test::McNemar),
+        })
+    }
+
+    /// Tests differences of values; of grouped samples the means of the groups, since those of one group are not
+    /// independent.
+    fn pairs_of_values(&self, pairs: &Pairs, purpose: &str) -> Result<(Option<[f64; 2]>, f64, Test)> {
+        let mean = |at: &[usize]| {
+            Some(at.iter().map(|&at| pairs.differences[at]).sum::<f64>() / at.len().max(1) as f64)
+        };
+        let interval = cluster_bootstrap(&pairs.clusters, mean, 0.95, DRAWS, (self.seed, purpose))?;
+        Ok((interval, signed_rank(&pairs.means(&pairs.clusters))?, Test::Wilcoxon))
     }
 
     /// Returns the cluster of each sample of a part.
     fn clusters_of(&self, part: &[ScoredFold]) -> Vec<u32> {
         part[0].record.index.iter().map(|&row| self.clusters[row]).collect()
-    }
-
-    /// Returns the p-value of the signed-rank test on what samples add to the metric; of grouped samples on the means of the groups,
-    /// since those of one group are not independent.
-    fn signed_rank_of(&self, part: &[ScoredFold]) -> Result<f64> {
-        let mut groups: BTreeMap<u32, (f64, usize)> = BTreeMap::new();
-        let each = part[0].terms.iter().zip(&part[1].terms);
-        for (cluster, (a, b)) in self.clusters_of(part).into_iter().zip(each) {
-            let (sum, count) = groups.entry(cluster).or_default();
-            *sum += a - b;
-            *count += 1;
-        }
-        signed_rank(&groups.into_values().map(|(sum, count)| sum / count as f64).collect::<Vec<_>>())
     }
 
     /// Returns a value of each test part that two networks share.
@@ -227,13 +314,33 @@ impl Comparison {
     }
 }
 
-fn mcnemar_of(part: &[ScoredFold], attribute: Option<usize>) -> f64 {
-    let (mut only_a, mut only_b) = (0, 0);
-    for row in 0..part[0].record.index.len() {
-        let right = |fold| Predicted { fold, rows: &[row] }.accuracy(attribute);
-        let (a, b) = (right(&part[0]), right(&part[1]));
-        only_a += u64::from(a > b);
-        only_b += u64::from(b > a);
+/// Differences of two networks, test after test.
+#[derive(Default)]
+struct Pairs {
+    differences: Vec<f64>,
+    clusters: Vec<u32>,
+    /// The sample of each in the data set.
+    rows: Vec<u32>,
+}
+
+impl Pairs {
+    /// Returns the mean difference of all tests that bear the same name.
+    fn means(&self, names: &[u32]) -> Vec<f64> {
+        let mut each: BTreeMap<u32, (f64, usize)> = BTreeMap::new();
+        for (name, difference) in names.iter().zip(&self.differences) {
+            let (sum, count) = each.entry(*name).or_default();
+            *sum += difference;
+            *count += 1;
+        }
+        each.into_values().map(|(sum, count)| sum / count as f64).collect()
     }
-    mcnemar(only_a, only_b)
+}
+
+fn rows_of(record: &FoldRecord) -> Vec<u32> {
+    record.index.iter().map(|&row| row as u32).collect()
+}
+
+fn mcnemar_of(differences: Vec<f64>) -> f64 {
+    let count = |is: fn(f64) -> bool| differences.iter().filter(|d| is(**d)).count() as u64;
+    mcnemar(count(|d| d > 0.0), count(|d| d < 0.0))
 }

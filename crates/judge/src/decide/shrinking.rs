@@ -3,15 +3,14 @@
 use taxel_data::Dataset;
 use taxel_learn::{FoldRecord, Protocol};
 
-use super::comparison::{Comparison, Effect, Predicted};
+use super::comparison::{Comparison, Effect};
 use super::statistics::holm;
 use crate::error::Result;
 use crate::values::{Contrast, Primary};
 
 /// Compares each of `settings` with the `whole`: records of the same test parts, of all samples of `dataset`. One
 /// without a test part in common with the whole has no contrast. The differences are tested as
-/// [`choose`](super::choose) does: by the corrected resampled t-test, or on a single part by McNemar's or the
-/// signed-rank test, with Holm's correction over the settings.
+/// [`choose`](super::choose) does ([`Comparison::tested`]), with Holm's correction over the settings.
 ///
 /// # Errors
 /// None that records of trainings cause.
@@ -24,21 +23,15 @@ pub fn contrasts(
     alpha: f64,
 ) -> Result<Vec<Option<Contrast>>> {
     const WHOLE: &str = "whole";
-    let (task, primary) = (dataset.task(), Primary::of(&dataset.task()));
+    let primary = Primary::of(&dataset.task());
     let names: Vec<String> = (0..settings.len()).map(|at| at.to_string()).collect();
     let named = names.iter().cloned().zip(settings.iter().cloned());
-    let comparison = Comparison {
-        networks: std::iter::once((WHOLE.to_string(), whole.to_vec())).chain(named).collect(),
-        clusters: dataset.clusters(),
-        task,
-        protocol: protocol.clone(),
-        seed,
-    };
-    let score = |predicted: &[Predicted]| Some(predicted[0].score());
+    let networks = std::iter::once((WHOLE.to_string(), whole.to_vec())).chain(named).collect();
+    let comparison = Comparison::of_records(networks, dataset, protocol, seed);
     let mut found: Vec<Option<(Effect, Effect)>> = vec![];
     for name in &names {
         let difference = comparison.difference(name, WHOLE, None)?;
-        let whole = comparison.effect(&[name, WHOLE], &score, 0.95)?;
+        let whole = comparison.score(&[name, WHOLE])?;
         found.push(whole.zip(difference));
     }
     let p: Vec<f64> = found.iter().flatten().filter_map(|(_, difference)| difference.p).collect();

@@ -1,6 +1,7 @@
 //! The smallest network that suffices, with the evidence.
 
 use serde::{Deserialize, Serialize};
+use taxel_faults::Fault;
 use taxel_learn::require;
 
 use super::primary::Primary;
@@ -36,7 +37,15 @@ pub struct Criteria {
     /// have seen a loss this large has too few data, and what seems to lose more is not chosen. None is 5 percentage
     /// points, and for a metric in the unit of a quantity 5 % of what always giving the mean scores.
     pub margin: Option<f64>,
+    /// Whether scores on clean samples alone decide. Else what loses half of its margin above chance at severity 1 of a
+    /// common fault ([`COMMON_FAULTS`]) is chosen only where nothing steadier suffices. Default false.
+    #[serde(default)]
+    pub clean_only: bool,
 }
+
+/// The faults that any sensor meets: noise, drift of the offset, another gain after re-mounting, dead taxels or channels,
+/// dropped frames.
+pub const COMMON_FAULTS: [Fault; 5] = [Fault::Noise, Fault::Drift, Fault::Gain, Fault::Dead, Fault::Jitter];
 
 /// One network beside the best one.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -52,6 +61,9 @@ pub struct Evidence {
     pub interval: Option<[f64; 2]>,
     /// Two-sided p of the test against the best; none for the best itself.
     pub p: Option<f64>,
+    /// The test that gave it: over two folds, and over folds that all differ alike, that of all samples together.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub test: Option<Test>,
     /// The same, Holm-corrected over the table.
     pub p_holm: Option<f64>,
     /// Whether it is worse than the best beyond doubt (`p_holm < alpha` and a worse score).
@@ -60,6 +72,9 @@ pub struct Evidence {
     pub cost: Option<f64>,
     /// Mean loss under faults, above 0 where they make the score worse; none without a stress test.
     pub mean_loss: Option<f64>,
+    /// The common faults that take half of its margin above chance at severity 1 already; empty without a stress test.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub breaks_at_1: Vec<Fault>,
     /// Why it cannot be chosen; none for candidates.
     pub refused: Option<String>,
 }
@@ -70,10 +85,11 @@ pub struct Evidence {
 pub enum Test {
     /// Corrected resampled t-test over folds and repetitions (Nadeau & Bengio 2003).
     NadeauBengio,
-    /// Exact test on the samples of one shared test part (McNemar 1947).
+    /// Exact test on all test samples, each counted once (McNemar 1947).
     McNemar,
-    /// Exact signed-rank test on the samples of one shared test part, or on their groups, by how far values are off
-    /// (Wilcoxon 1945).
+    /// The same question of grouped samples: t-test on the variance of the groups (Durkalski et al. 2003).
+    GroupedPairs,
+    /// Exact signed-rank test on all test samples, or on their groups, by how far values are off (Wilcoxon 1945).
     Wilcoxon,
 }
 
@@ -89,8 +105,14 @@ pub struct Choice {
     pub test: Test,
     /// The most accurate one, by the primary metric.
     pub best: String,
-    /// The smallest one that suffices; none where none does.
+    /// The smallest one that suffices, on clean samples and under faults; none where none does.
     pub chosen: Option<String>,
+    /// A cheaper one that suffices on clean samples and was not chosen, because a common fault breaks it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub passed_over: Option<String>,
+    /// Where a common fault breaks the chosen one too: the one that suffices and loses least to faults.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub steadier: Option<String>,
     /// Whether the data can tell: no candidate may be worse than the best by [`Criteria::margin`] unseen.
     pub enough_data: bool,
     /// In the order of the run.
@@ -101,7 +123,7 @@ pub struct Choice {
 
 impl Default for Criteria {
     fn default() -> Self {
-        Criteria { cost: CostKind::Latency, alpha: 0.05, max_loss: None, margin: None }
+        Criteria { cost: CostKind::Latency, alpha: 0.05, max_loss: None, margin: None, clean_only: false }
     }
 }
 

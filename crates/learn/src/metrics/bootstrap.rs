@@ -1,4 +1,4 @@
-//! The bootstrap over clusters, and the interval of a mean by it.
+//! The bootstrap over clusters.
 
 use std::collections::BTreeMap;
 
@@ -13,8 +13,8 @@ use rand::RngExt;
 /// // Four samples in two sessions, three of them right.
 /// let clusters = Clusters::new(&[1.0, 1.0, 0.0, 1.0], &[7, 7, 9, 9]);
 /// assert_eq!(clusters.mean(), 0.75);
-/// let (low, high) = clusters.interval(0.95, 2000, 0, "doc");
-/// assert_eq!((low, high), (0.5, 1.0));
+/// // The second session alone, drawn twice.
+/// assert_eq!(clusters.mean_of(&[1, 1]), 0.5);
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Clusters {
@@ -57,17 +57,6 @@ impl Clusters {
             count += n;
         }
         sum / count as f64
-    }
-
-    /// Computes the percentile interval of the mean that covers `share`, from `draws` resamples of as many clusters
-    /// as there are; `seed` and `purpose` choose the draws. NaN without clusters; the mean itself with one: one
-    /// cluster says nothing about others.
-    pub fn interval(&self, share: f64, draws: usize, seed: u64, purpose: &str) -> (f64, f64) {
-        if self.is_empty() {
-            return (f64::NAN, f64::NAN);
-        }
-        let means = bootstrap(self.len(), draws.max(1), seed, purpose, |drawn| Some(self.mean_of(drawn)));
-        central(&means, share)
     }
 }
 
@@ -113,7 +102,7 @@ mod tests {
 
     /// Writes the bootstrap out: draw after draw, whole clusters from one generator.
     #[test]
-    fn intervals_of_results_that_are_there_stay_what_they_are() {
+    fn whole_clusters_are_drawn_from_one_generator() {
         let (values, groups) = ([1.0, 0.0, 0.0, 1.0, 1.0, 1.0, 0.0], [5, 5, 2, 2, 2, 9, 11]);
         let members = [vec![2, 3, 4], vec![0, 1], vec![5], vec![6]];
         let mut rng = taxel_base::seed::rng(7, "bootstrap/small-1d");
@@ -130,8 +119,9 @@ mod tests {
                 Some(rows.iter().map(|&at| values[at]).sum::<f64>() / rows.len() as f64)
             })
         );
-        let interval = Clusters::new(&values, &groups).interval(0.95, 500, 7, "small-1d");
-        assert_eq!(interval, (quantile(&means, 0.025), quantile(&means, 0.975)));
+        let clusters = Clusters::new(&values, &groups);
+        let by_cluster = bootstrap(4, 500, 7, "small-1d", |drawn| Some(clusters.mean_of(drawn)));
+        assert!(by_cluster.iter().zip(&means).all(|(a, b)| (a - b).abs() < 1e-12));
     }
 
     #[test]

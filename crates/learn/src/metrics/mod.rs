@@ -2,7 +2,7 @@
 //!
 //! [`metrics`] is the table of each task, the primary metric first; an [`Outcome`] is what they judge, and [`Scores`]
 //! hold their values by name. [`Confusion`] counts; [`brier`], [`calibration_error`] and [`log_loss`] judge
-//! probabilities; [`Levels`] scores ordered attributes; [`Clusters`] gives bootstrap intervals. Precision, recall and
+//! probabilities; [`Levels`] scores ordered attributes; [`MeanEstimate`] gives intervals of means. Precision, recall and
 //! F1 are macro means over the classes that occur among the true or the predicted labels, as `average="macro",
 //! zero_division=0` computes them: a class that is never predicted has precision 0, one that never occurs has recall 0.
 //! A class that a training part does not have is left out of the means of its fold.
@@ -17,6 +17,7 @@
 //! ```
 
 mod bootstrap;
+mod interval;
 mod levels;
 mod outcome;
 mod probabilities;
@@ -28,6 +29,7 @@ use serde::{Deserialize, Serialize};
 use crate::error::{Error, Result};
 
 pub use bootstrap::{Clusters, bootstrap, central, quantile};
+pub use interval::{FEW_GROUPS, MeanEstimate, Terms, t_quantile};
 pub use levels::{LevelScores, Levels};
 pub use outcome::Outcome;
 pub use scores::Scores;

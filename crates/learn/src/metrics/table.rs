@@ -5,7 +5,7 @@
 use taxel_data::Task;
 
 use crate::error::{Error, Result};
-use crate::metrics::{LevelScores, Levels, MacroScores, Outcome, mean_sd};
+use crate::metrics::{LevelScores, Levels, MacroScores, MeanEstimate, Outcome, Terms, mean_sd};
 
 /// The unit of a metric.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -166,6 +166,13 @@ impl Metric {
             Task::Values(quantities) => quantities.len(),
         };
         self.terms.map(|terms| terms(outcome, width.max(1)))
+    }
+
+    /// Estimates its value from what samples add ([`Metric::terms`]), before [`MetricUnit::scale`]; `samples` and `groups`
+    /// name the sample and the group of each.
+    pub fn estimate(&self, terms: &[f64], samples: &[u32], groups: Option<&[u32]>) -> Option<MeanEstimate> {
+        let kind = if self.unit == MetricUnit::Percent { Terms::Shares } else { Terms::Amounts };
+        MeanEstimate::of(terms, samples, groups, kind)
     }
 
     /// Returns its value over the samples of all `outcomes` together; 0 without samples, and for a metric that is no

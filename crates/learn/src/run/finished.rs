@@ -11,12 +11,13 @@ use crate::run::run_models::older;
 impl RunFolder {
     /// Reads the results, and the records of all folds that have scores in them, in the order of the run. Checks all
     /// that other code takes for granted: the samples are those of the run, every label, sample and probability of a
-    /// record is there, and the scores are what the records give.
+    /// record is there, and the scores are what the records give. Intervals are computed again: those of older versions
+    /// were bootstrap intervals, which are too narrow.
     ///
     /// # Errors
     /// Other samples than those of the run; a file that is missing, damaged or does not fit the others.
     pub fn finished(&self, dataset: &Dataset) -> Result<(Results, Vec<FoldRecord>)> {
-        let results = self.results()?;
+        let mut results = self.results()?;
         self.same_data("results.json", &results.data_digest, results.data_facts.as_deref(), dataset)?;
         let refuse = |what: String| {
             let reason = format!("{what}; resume the run, which writes it anew");
@@ -28,17 +29,18 @@ impl RunFolder {
         {
             return Err(refuse("names other samples or classes than the data have".into()));
         }
-        let frame = ScoringContext::of(dataset, &results.look_alikes, results.seed)
-            .map_err(|e| refuse(e.to_string()))?;
+        let frame = ScoringContext::of(dataset, &results.look_alikes).map_err(|e| refuse(e.to_string()))?;
         let mut records = vec![];
-        for network in &results.networks {
+        for network in &mut results.networks {
             let of_row = self.records_of(network, dataset)?;
-            let follows = network.follows_from(&of_row.iter().collect::<Vec<_>>(), &frame);
+            let each: Vec<&FoldRecord> = of_row.iter().collect();
+            let follows = network.follows_from(&each, &frame);
             if !follows.map_err(|e| refuse(e.to_string()))? {
                 let what =
                     format!("its scores of {} are not those of the records in folds/", network.network);
                 return Err(refuse(what));
             }
+            network.set_interval(&each, &frame);
             records.extend(of_row);
         }
         Ok((results, records))

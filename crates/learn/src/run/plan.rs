@@ -99,7 +99,7 @@ impl<'a> RunPlan<'a> {
         Ok(RunPlan {
             dataset,
             keys: FoldKey::all(names, folds.len(), per_row),
-            frame: ScoringContext::of(dataset, look_alikes, seed)?,
+            frame: ScoringContext::of(dataset, look_alikes)?,
             encoder,
             protocol,
             seed,

@@ -33,7 +33,7 @@ pub fn quantize_run(folder: &RunFolder, dataset: &Dataset, say: &dyn Fn(&str)) -
     let folds: Vec<Vec<Fold>> = (0..results.protocol.repetitions())
         .map(|repetition| results.protocol.folds(dataset, results.seed, repetition))
         .collect::<Result<_>>()?;
-    let frame = ScoringContext::of(dataset, &results.look_alikes, results.seed)?;
+    let frame = ScoringContext::of(dataset, &results.look_alikes)?;
     let (mut rows, mut made, mut all) = (vec![], vec![], vec![]);
     for float in std::mem::take(&mut results.networks) {
         let of_row: Vec<FoldRecord> =

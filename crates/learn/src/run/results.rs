@@ -8,15 +8,12 @@ use taxel_data::{Dataset, Shortcut, Source, Task};
 
 use crate::error::Result;
 use crate::estimator::candidate::{Hardening, Published};
-use crate::metrics::{Clusters, Confusion, LevelScores, LookAlikes, Metric, Scores};
+use crate::metrics::{Confusion, LevelScores, LookAlikes, MeanEstimate, Metric, Scores};
 use crate::model::Score;
 use crate::problem::Problem;
 use crate::run::leaks::Leak;
 use crate::run::protocol::Protocol;
 use crate::run::records::{Change, Costs, FoldKey, FoldRecord, OtherStatistics};
-
-/// Resamples of a bootstrap interval.
-const DRAWS: usize = 2000;
 
 /// Scores of one fold.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -77,10 +74,15 @@ pub struct NetworkResults {
     pub mean: Option<Scores>,
     /// Sample standard deviation (n - 1) over finished folds, by metric.
     pub sd: Option<Scores>,
-    /// 95 % bootstrap interval of the primary metric: groups are drawn where there are some, samples elsewhere. None
-    /// for a single group.
+    /// 95 % interval of the primary metric over samples, or over groups where there are some
+    /// ([`MeanEstimate`](crate::metrics::MeanEstimate)). None for a single group. `results.json` of older versions has a
+    /// bootstrap interval; [`RunFolder::finished`](crate::RunFolder::finished) computes it anew.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub interval: Option<[f64; 2]>,
+    /// Number of groups that the interval rests on: fewer than [`FEW_GROUPS`](crate::metrics::FEW_GROUPS) are too few.
+    /// None where samples are not grouped.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub interval_groups: Option<usize>,
     /// Counts `[true][predicted]` summed over finished folds; none with several attributes.
     pub confusion: Option<Confusion>,
     /// Where mistakes go between the groups of look-alikes that the config names.
@@ -210,12 +212,12 @@ impl Results {
 pub(crate) struct ScoringContext {
     /// The task.
     pub task: Task,
-    /// The cluster of each sample, which the bootstrap draws as one.
-    pub clusters: Vec<u32>,
+    /// The sample that each row is a copy of.
+    pub samples: Vec<u32>,
+    /// The group of each row; none where samples are not grouped.
+    pub groups: Option<Vec<u32>>,
     /// Groups of look-alikes with their classes.
     pub look_alikes: Vec<(String, Vec<usize>)>,
-    /// Seed of the bootstrap.
-    pub seed: u64,
 }
 
 impl ScoringContext {
@@ -223,11 +225,7 @@ impl ScoringContext {
     ///
     /// # Errors
     /// A class that is in no or in two groups of look-alikes.
-    pub(crate) fn of(
-        dataset: &Dataset,
-        look_alikes: &BTreeMap<String, Vec<String>>,
-        seed: u64,
-    ) -> Result<Self> {
+    pub(crate) fn of(dataset: &Dataset, look_alikes: &BTreeMap<String, Vec<String>>) -> Result<Self> {
         let (task, names) = (dataset.task(), dataset.output_names());
         let mut groups: Vec<(String, Vec<usize>)> = vec![];
         for (name, classes) in look_alikes {
@@ -245,7 +243,8 @@ impl ScoringContext {
             let value = format!("{:?}", names[class]);
             return Err(Problem::new("data.look_alikes", value, reason).into());
         }
-        Ok(ScoringContext { task, clusters: dataset.clusters(), look_alikes: groups, seed })
+        let samples = dataset.units.clone().unwrap_or_else(|| (0..dataset.len() as u32).collect());
+        Ok(ScoringContext { task, samples, groups: dataset.groups.clone(), look_alikes: groups })
     }
 }
 
@@ -271,8 +270,16 @@ impl NetworkResults {
     pub(crate) fn fill(&mut self, records: &[&FoldRecord], frame: &ScoringContext) -> Result<()> {
         self.tally(records, frame)?;
         self.diverged = self.folds.iter().filter(|fold| fold.diverged).count();
-        self.interval = interval(&self.network, records, frame);
+        self.set_interval(records, frame);
         Ok(())
+    }
+
+    /// Sets the interval of the primary metric, and what it rests on.
+    pub(crate) fn set_interval(&mut self, records: &[&FoldRecord], frame: &ScoringContext) {
+        let estimate = estimate(records, frame);
+        let scale = Metric::primary(&frame.task).unit.scale();
+        self.interval = estimate.and_then(|mean| mean.interval(0.95)).map(|ends| ends.map(|end| scale * end));
+        self.interval_groups = estimate.and_then(|mean| mean.groups);
     }
 
     /// Returns the mean over finished folds of the metric `name`, in its unit.
@@ -305,7 +312,7 @@ impl NetworkResults {
         self.diverged.saturating_sub(self.folds.iter().filter(|fold| fold.diverged).count())
     }
 
-    /// Checks whether the row is what follows from the records of its folds; the interval is not drawn again.
+    /// Checks whether the row is what follows from the records of its folds; the interval is not compared.
     pub(crate) fn follows_from(&self, records: &[&FoldRecord], frame: &ScoringContext) -> Result<bool> {
         let mut again = self.clone();
         again.tally(records, frame)?;
@@ -370,19 +377,19 @@ impl NetworkResults {
     }
 }
 
-/// Returns the 95 % bootstrap interval of the primary metric over the folds' samples; none for a single cluster, or for
-/// a metric that is no mean over samples.
-fn interval(network: &str, records: &[&FoldRecord], frame: &ScoringContext) -> Option<[f64; 2]> {
+/// Estimates the primary metric from the folds' samples; none for a single group, or for a metric that is no mean over
+/// samples.
+fn estimate(records: &[&FoldRecord], frame: &ScoringContext) -> Option<MeanEstimate> {
     let primary = Metric::primary(&frame.task);
-    let (mut terms, mut clusters) = (vec![], vec![]);
+    let (mut terms, mut rows) = (vec![], vec![]);
     for record in records {
         terms.extend(primary.terms(&frame.task, &record.outcome)?);
-        clusters.extend(record.index.iter().map(|&row| frame.clusters.get(row).copied()));
+        rows.extend_from_slice(&record.index);
     }
-    let clusters: Vec<u32> = clusters.into_iter().flatten().collect();
-    let drawn = Clusters::new(&terms, &clusters);
-    (drawn.len() > 1 && terms.len() == clusters.len()).then(|| {
-        let (low, high) = drawn.interval(0.95, DRAWS, frame.seed, network);
-        [low, high].map(|bound| primary.unit.scale() * bound)
-    })
+    let of = |names: &Vec<u32>| rows.iter().map(|&row| names.get(row).copied()).collect::<Option<Vec<u32>>>();
+    let groups = match &frame.groups {
+        Some(groups) => Some(of(groups)?),
+        None => None,
+    };
+    primary.estimate(&terms, &of(&frame.samples)?, groups.as_deref())
 }

@@ -18,11 +18,14 @@ use crate::{out, outln};
 /// Names the smallest network of a run that is accurate enough, with the evidence.
 ///
 /// A network suffices if it is not significantly worse than the most accurate one: by the corrected
-/// resampled t-test over folds and repetitions (Nadeau and Bengio), or McNemar's exact test where there is
-/// one test part, with Holm's correction over the table. Of those the fastest (or smallest) is chosen;
-/// baselines take part. Nothing that seems to lose more than --margin points is chosen, and where the
-/// data could not have seen such a loss, it says so. Runs on values are compared by their mean absolute error (on one
-/// test part by Wilcoxon's signed-rank test), losses are in its unit.
+/// resampled t-test over folds and repetitions (Nadeau and Bengio). With one or two folds, McNemar's exact test over
+/// all test samples is used, of grouped samples a test on their groups. Holm's correction is over the table. Of those
+/// the fastest (or smallest) is chosen; baselines take part. Nothing that seems to lose more than --margin points is
+/// chosen, and where the data could not have seen such a loss, it says so. Runs on values are compared by their mean
+/// absolute error (with one or two folds by Wilcoxon's signed-rank test), losses are in its unit.
+///
+/// Methods that lose half of their margin above chance at severity 1 of a common fault (noise, drift, gain, dead, jitter) are
+/// chosen only where nothing steadier suffices, unless --clean-only. That needs faults measured: by taxel report.
 ///
 /// Speed is measured on this machine unless the run folder holds a judgement.json; --max-loss corrupts test
 /// samples on purpose first. Five or more RUNs that share networks are ranked together too (Friedman, with
@@ -51,6 +54,9 @@ pub struct Choose {
     /// values 5 % of the error of always giving the mean].
     #[arg(long, value_name = "POINTS")]
     margin: Option<f64>,
+    /// Chooses by clean samples alone, whatever common faults do.
+    #[arg(long)]
+    clean_only: bool,
     #[command(flatten)]
     format: OutputFormat,
     #[command(flatten)]
@@ -71,7 +77,8 @@ impl Choose {
             By::Size => CostKind::Size,
             By::Macs => CostKind::Macs,
         };
-        let criteria = Criteria { cost, alpha: self.alpha, max_loss: self.max_loss, margin: self.margin };
+        let Choose { alpha, max_loss, margin, clean_only, .. } = self;
+        let criteria = Criteria { cost, alpha, max_loss, margin, clean_only };
         leave_with("stopped; what was measured is in judgement.json: the same command goes on")?;
         let stress = match criteria.max_loss {
             Some(_) => Some(stress_options(self.threads.count()?)),

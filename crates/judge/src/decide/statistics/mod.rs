@@ -1,7 +1,7 @@
 //! Comparisons of classifiers: each against SciPy or a published worked example.
 //!
-//! Over folds the [`corrected_t`] test, on one shared test part [`mcnemar`] with a [`cluster_bootstrap`],
-//! several comparisons together corrected by [`holm`]; over several data sets [`friedman`] with
+//! Over folds the [`corrected_t`] test, over samples [`mcnemar`] or, where they are grouped, [`grouped_pairs`], any other
+//! statistic by a [`cluster_bootstrap`], several comparisons together corrected by [`holm`]; over several data sets [`friedman`] with
 //! [`nemenyi`]'s critical difference, and [`wilcoxon`] for pairs. No function returns NaN: what cannot be
 //! computed is an error, or has the value that its documentation says.
 //!
@@ -23,6 +23,8 @@ mod ranks;
 
 pub use crate::values::Friedman;
 pub use bootstrap::cluster_bootstrap;
-pub use pairs::{PairedTest, SpreadRatio, corrected_t, holm, independent, mcnemar, spread_ratio};
+pub use pairs::{
+    PairedTest, SpreadRatio, corrected_t, grouped_pairs, holm, independent, mcnemar, spread_ratio,
+};
 pub(crate) use ranks::signed_rank;
 pub use ranks::{friedman, nemenyi, ranks, wilcoxon};

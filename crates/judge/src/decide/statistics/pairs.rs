@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{Binomial, ContinuousCDF, DiscreteCDF, StudentsT};
-use taxel_learn::metrics::mean_sd;
+use taxel_learn::metrics::{MeanEstimate, Terms, mean_sd, t_quantile};
 
 use super::check::{check, check_share, refuse};
 use crate::error::Result;
@@ -82,22 +82,6 @@ fn students_t(freedom: f64) -> StudentsT {
     StudentsT::new(0.0, 1.0, freedom).expect("degrees of freedom above 0")
 }
 
-/// Returns the value that Student's t exceeds with probability 1 − `q`, `q` above a half.
-fn t_quantile(freedom: f64, q: f64) -> f64 {
-    let student = students_t(freedom);
-    let above = |x: f64| student.sf(x) > 1.0 - q;
-    let mut high = 1.0;
-    while above(high) && high < f64::MAX / 4.0 {
-        high *= 2.0;
-    }
-    let mut low = 0.0;
-    for _ in 0..200 {
-        let middle = 0.5 * (low + high);
-        if above(middle) { low = middle } else { high = middle }
-    }
-    0.5 * (low + high)
-}
-
 /// Returns the p-value of the exact McNemar test (1947): of the samples that only one of two networks gets right, `only_a` by one and
 /// `only_b` by the other, either is as likely to be which under the null hypothesis. Two-sided; 1 where
 /// the two are never unlike.
@@ -105,6 +89,29 @@ pub fn mcnemar(only_a: u64, only_b: u64) -> f64 {
     #[expect(clippy::expect_used, reason = "one half is a probability")]
     let fair = Binomial::new(0.5, only_a + only_b).expect("a fair coin");
     (2.0 * fair.cdf(only_a.min(only_b))).min(1.0)
+}
+
+/// Returns the mean of paired differences of samples that come in groups, and how sure it is: a t-test on the variance
+/// of the group sums, as [`MeanEstimate`] has it. It is McNemar's question of grouped samples (Durkalski et al. 2003),
+/// whose exact test takes samples of one group for independent. `samples` and `groups` name the sample and the group of
+/// each difference, which lies in -1..=1. None for a single group.
+///
+/// # Errors
+/// No differences, values that are not finite, a confidence outside (0, 1).
+pub fn grouped_pairs(
+    differences: &[f64],
+    samples: &[u32],
+    groups: &[u32],
+    confidence: f64,
+) -> Result<Option<PairedTest>> {
+    check("test of grouped pairs", differences, 1)?;
+    check_share("confidence", confidence)?;
+    let Some(found) = MeanEstimate::of(differences, samples, Some(groups), Terms::Differences) else {
+        return Ok(None);
+    };
+    let t = (found.mean / found.variance.sqrt()).abs();
+    let p = (2.0 * students_t(found.freedom).sf(t)).min(1.0);
+    Ok(Some(PairedTest { mean: found.mean, interval: found.interval(confidence), p }))
 }
 
 /// Applies Holm's step-down correction (1979): p-values as they would be for one test alone, in the order given;

@@ -46,24 +46,35 @@ pub(super) fn choice(choice: &Choice) -> Table {
             show,
             move |e: &Evidence| e.mean_loss,
         ),
+        Column::text("broken at severity 1 by", "breaks_at_1", |e: &Evidence| {
+            Cell::text(e.breaks_at_1.iter().map(|fault| fault.name()).collect::<Vec<_>>().join(", "))
+        }),
         Column::text("refused because", "refused", |e: &Evidence| {
             Cell::text(e.refused.as_deref().unwrap_or_default())
         }),
     ];
-    let test = match choice.test {
-        Test::NadeauBengio => "corrected resampled t-test over folds (Nadeau and Bengio 2003)",
-        Test::McNemar => "exact McNemar test on the shared test part",
-        Test::Wilcoxon => {
-            "signed-rank test on the shared test part, by samples or their groups (Wilcoxon 1945)"
-        }
-    };
+    let test = words(choice.test);
+    let other = choice.evidence.iter().any(|e| e.test.is_some_and(|test| test != choice.test));
+    let alike = if other { "; where all folds differ alike, a test on all samples together" } else { "" };
     let caption = format!(
-        "Each network against {}, the most accurate; {test}, Holm-corrected over the table, level {}",
+        "Each network against {}, the most accurate; {test}{alike}, Holm-corrected over the table, level {}",
         choice.best, choice.criteria.alpha
     );
     let chosen = |e: &Evidence| Some(&e.network) == choice.chosen.as_ref();
     let marked = (0..choice.evidence.len()).filter(|&i| chosen(&choice.evidence[i])).collect();
     Table { marked, ..Table::new(table::EVIDENCE, caption, columns, &choice.evidence) }
+}
+
+/// Returns a test with its source.
+fn words(test: Test) -> &'static str {
+    match test {
+        Test::NadeauBengio => "corrected resampled t-test over folds (Nadeau and Bengio 2003)",
+        Test::McNemar => "exact McNemar test on all test samples, each counted once",
+        Test::GroupedPairs => {
+            "t-test on the paired differences of grouped test samples (Durkalski et al. 2003)"
+        }
+        Test::Wilcoxon => "signed-rank test on all test samples, or on their groups (Wilcoxon 1945)",
+    }
 }
 
 pub(super) fn examples(judgement: &Judgement) -> Table {
