@@ -112,7 +112,12 @@ fn a_run_without_a_guard_and_one_with_it_are_asked_both_ways() {
             (&a["network"], &a["other"]["is_guarded"], &b["other"]["is_guarded"]),
             (&name.into(), &true.into(), &false.into())
         );
-        let points = |curve: &Value| curve["curves"][0]["points"].clone();
+        // A gate is fitted behind the guard that its models have.
+        let points = |curve: &Value| {
+            let mut points = curve["curves"][0]["points"].clone();
+            points[0][1].as_object_mut().unwrap().remove("unknown");
+            points
+        };
         assert_eq!(points(a), points(&b["other"]), "{name} without");
         assert_eq!(points(&a["other"]), points(b), "{name} with");
         let accuracy = |points: &Value| points[0][1]["accuracy"].as_f64().unwrap();

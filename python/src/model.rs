@@ -4,14 +4,16 @@ use std::ffi::CString;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArrayDyn};
+use numpy::ndarray::ArrayView1;
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2, PyReadonlyArrayDyn};
 use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use taxel::judge::speed;
 use taxel::{Predictions, Predictor};
 
-use crate::raise::raised;
+use crate::dataset::Dataset;
+use crate::raise::{raised, refused};
 use crate::work::short;
 
 /// A trained network or baseline.
@@ -96,18 +98,66 @@ impl Model {
         Ok((labels.into_pyarray(py), probabilities.into_pyarray(py).reshape([n, outputs])?))
     }
 
+    /// Returns how familiar each sample is to the model, 0.01..1; none of a model that does not know.
+    #[pyo3(signature = (x, threads=None))]
+    fn familiarity<'py>(
+        &self,
+        py: Python<'py>,
+        x: PyReadonlyArrayDyn<'py, f32>,
+        threads: Option<usize>,
+    ) -> PyResult<Option<Bound<'py, PyArray1<f32>>>> {
+        let x = x.as_array();
+        let said = short(py, || {
+            let predictor = self.predictor(taxel::learn::threads(threads))?;
+            predictor.predict(&x).map_err(raised)
+        })?;
+        Ok(said.familiarity.map(|familiarity| familiarity.into_pyarray(py)))
+    }
+
+    /// Returns the numbers of the outputs in the set of each sample with these probabilities.
+    fn sets(&self, probabilities: PyReadonlyArray2<'_, f32>, share: f64) -> PyResult<Vec<Vec<usize>>> {
+        let card = self.inner.card();
+        let sets = card.certainty.as_ref().and_then(|certainty| certainty.sets_at(share)).ok_or_else(|| {
+            refused(format!(
+                "{} has no sets at {share}: they are made for 0.8, 0.9, 0.95 and 0.99 when a model is calibrated",
+                card.name
+            ))
+        })?;
+        let levels = card.levels();
+        let of_row = |row: ArrayView1<f32>| {
+            let mut first = 0;
+            let of_attribute = |(set, size): (Vec<usize>, &usize)| {
+                let outputs: Vec<usize> = set.into_iter().map(|class| first + class).collect();
+                first += size;
+                outputs
+            };
+            sets.classes(&row.to_vec(), &levels)
+                .into_iter()
+                .zip(levels.sizes())
+                .flat_map(of_attribute)
+                .collect()
+        };
+        Ok(probabilities.as_array().outer_iter().map(of_row).collect())
+    }
+
+    /// Returns the same model, as sure of its answers as it is right on labelled samples that it has not learned from.
+    fn calibrated(&self, py: Python<'_>, dataset: &Dataset) -> PyResult<Self> {
+        let dataset = dataset.inner.clone();
+        short(py, || self.inner.calibrated(&dataset.x, &dataset).map(Model::new).map_err(raised))
+    }
+
     /// Measures the time of one prediction, as JSON.
     fn latency(&self, py: Python<'_>, x: PyReadonlyArrayDyn<'_, f32>, budget: f64) -> PyResult<String> {
         let x = x.as_array();
         short(py, || {
             let measured = speed(&self.inner, &x, budget).map_err(raised)?;
-            serde_json::to_string(&measured).map_err(crate::raise::refused)
+            serde_json::to_string(&measured).map_err(refused)
         })
     }
 
     /// Returns the card as JSON.
     fn card(&self) -> PyResult<String> {
-        serde_json::to_string(self.inner.card()).map_err(crate::raise::refused)
+        serde_json::to_string(self.inner.card()).map_err(refused)
     }
 
     /// Returns the card as people read it.

@@ -20,7 +20,7 @@ pub struct Stream {
 #[pymethods]
 impl Stream {
     #[new]
-    #[pyo3(signature = (model, hop=None, contact=false, before=None, early=None, least=None, full_scale=None))]
+    #[pyo3(signature = (model, hop=None, contact=false, before=None, early=None, least=None, full_scale=None, unknown=0.0))]
     #[expect(clippy::too_many_arguments, reason = "as many as a stream has options")]
     fn new(
         py: Python<'_>,
@@ -31,9 +31,18 @@ impl Stream {
         early: Option<f32>,
         least: Option<usize>,
         full_scale: Option<f32>,
+        unknown: f32,
     ) -> PyResult<Self> {
-        let options =
-            StreamOptions { hop, contact, before, early, least, full_scale, ..StreamOptions::default() };
+        let options = StreamOptions {
+            hop,
+            contact,
+            before,
+            early,
+            least,
+            full_scale,
+            unknown,
+            ..StreamOptions::default()
+        };
         short(py, || {
             let predictor = model.inner.predictor(1, 1).map_err(raised)?;
             let decider = Decider::new(predictor, &options).map_err(raised)?;
@@ -63,6 +72,8 @@ impl Stream {
         said.set_item("reading", decision.reading)?;
         said.set_item("known", decision.known)?;
         said.set_item("ticks", decision.ticks)?;
+        said.set_item("familiarity", decision.familiarity)?;
+        said.set_item("unknown", decision.is_unknown)?;
         match decision.probabilities() {
             Ok(values) => said.set_item("probabilities", values.to_vec().into_pyarray(py))?,
             Err(error) => said.set_item("refused", error.to_string())?,

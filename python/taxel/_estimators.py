@@ -69,6 +69,20 @@ class _Fitted(ClassifierMixin, BaseEstimator):
         self._refuse_other_features(X)
         return self.model_.predict_proba(X, threads=self._threads())[:, self._order]
 
+    def predict_set(self, X: Any, share: float = 0.9) -> np.ndarray:
+        """Which classes are in the set of each sample [samples, classes], bool: see :meth:`Model.predict_set`."""
+        return self._asked(X).predict_set(self._by_name(X), share, threads=self._threads())[:, self._order]
+
+    def novelty(self, X: Any) -> np.ndarray:
+        """How unlike each sample is what was learned [samples], 0..0.99: see :meth:`Model.novelty`."""
+        return self._asked(X).novelty(self._by_name(X), threads=self._threads())
+
+    def _asked(self, X: Any) -> Model:
+        if not hasattr(self, "model_"):
+            raise NotFittedError(f"This {type(self).__name__} instance is not fitted yet; call fit before it answers")
+        self._refuse_other_features(self._by_name(X))
+        return self.model_
+
     def _by_name(self, X: Any) -> np.ndarray:
         """Readings with the columns of a data frame, or the channels of a data set, in the order of `feature_names_in_`."""
         wanted = list(getattr(self, "feature_names_in_", []))

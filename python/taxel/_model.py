@@ -10,6 +10,7 @@ import numpy as np
 
 from . import _taxel
 from ._arrays import matched, readings
+from ._dataset import of
 
 
 def load(path: str | os.PathLike[str]) -> Model:
@@ -96,6 +97,41 @@ class Model:
         if self.quantities:
             raise ValueError(f"{self.name} answers values ({', '.join(self.quantities)}), which have no probabilities: use predict")
         return self.answer(x, threads=threads)[1]
+
+    def predict_set(self, x: Any, share: float = 0.9, *, threads: int | None = None) -> np.ndarray:
+        """Which classes are in the set of each sample [samples, outputs], bool, in the order of :attr:`classes`.
+
+        The set holds the true class in `share` of cases: 0.8, 0.9, 0.95 or 0.99. `card["certainty"]["sets"]` says what it covered
+        on held-out samples. Only a calibrated model has sets.
+        """
+        probabilities = self.predict_proba(x, threads=threads)
+        sets = np.zeros(probabilities.shape, dtype=bool)
+        for row, outputs in zip(sets, self._native.sets(probabilities, float(share))):
+            row[outputs] = True
+        return sets
+
+    def novelty(self, x: Any, *, threads: int | None = None) -> np.ndarray:
+        """How unlike each sample is what the model has learned [samples], 0..0.99: 1 less its familiarity.
+
+        Of samples like those of the training 5 % are at 0.95 or above. Only a calibrated network, MiniRocket or SVM knows.
+        """
+        x = readings(matched(x, self.card["reading"].get("channel_names", []), strict=False))
+        familiarity = self._native.familiarity(x, threads)
+        if familiarity is None:
+            raise ValueError(
+                f"{self.name} does not know what is familiar: fit it from a run folder (taxel fit RUN), or calibrate it on own recordings"
+            )
+        return 1 - familiarity
+
+    def calibrated(self, data: Any, y: Any = None, *, groups: Any = None) -> Model:
+        """The same model, as sure as it is right on labelled samples that it has not learned from; nothing is trained.
+
+        `data` is a :class:`taxel.Dataset`, or samples [samples, ..] with labels `y` [samples] of 30 or more, best of other objects,
+        sessions or people than those of the training.
+        """
+        reading = self.card["reading"]
+        facts = {"layout": reading["layout"], "full_scale": reading.get("full_scale"), "groups": groups, "name": "calibration"}
+        return Model(self._native.calibrated(of(data, y, facts)._native))
 
     def latency(self, x: Any = None, *, seconds: float = 1.0) -> dict[str, Any]:
         """How long one answer takes on one thread of this machine, measured for about so many `seconds`.

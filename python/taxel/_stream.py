@@ -27,6 +27,10 @@ class Decision(NamedTuple):
     dead: list[int]
     stuck: list[int]
     saturated: list[int]
+    #: How familiar the window is to the model, 0.01..1; None of a model that does not know.
+    familiarity: float | None = None
+    #: Whether it is at most as familiar as `unknown`: unlike all that the model has learned.
+    unknown: bool = False
 
     @property
     def early(self) -> bool:
@@ -50,6 +54,8 @@ class Stream:
         The probability at which a window is decided before it is full, from `least` readings on.
     full_scale : float, optional
         The largest possible reading, by default what the model's card says.
+    unknown : float
+        The familiarity up to which a window is unknown: of familiar windows such a share is. By default 0, none.
 
     >>> stream = taxel.Stream(model, early=0.95)        # doctest: +SKIP
     >>> for decision in stream.feed(sensor):            # doctest: +SKIP
@@ -66,11 +72,12 @@ class Stream:
         early: float | None = None,
         least: int | None = None,
         full_scale: float | None = None,
+        unknown: float = 0.0,
     ) -> None:
         self.model: Model = getattr(model, "model_", model)
         if not isinstance(self.model, Model):
             raise TypeError(f"a stream asks a taxel.Model or a fitted estimator, not {type(model).__name__}")
-        self._native = _taxel.Stream(self.model._native, hop, contact, before, early, least, full_scale)
+        self._native = _taxel.Stream(self.model._native, hop, contact, before, early, least, full_scale, unknown)
         self._names = list(self.model.attributes.values())
 
     @property

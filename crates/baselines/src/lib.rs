@@ -287,18 +287,54 @@ impl Fitted {
     /// # Errors
     /// Series of another shape than those it was fitted to.
     pub fn scores(&self, x: &Series) -> Result<Vec<f32>> {
+        let mut scores = self.decide(x)?;
+        self.soften(&mut scores);
+        Ok(scores)
+    }
+
+    /// Computes what [`Fitted::soften`] turns into scores: decision values of MiniRocket and the SVMs, the scores themselves
+    /// elsewhere.
+    ///
+    /// # Errors
+    /// As [`Fitted::scores`].
+    pub fn decide(&self, x: &Series) -> Result<Vec<f32>> {
         match self {
             Fitted::Majority(shares) => Ok(shares.repeat(x.len())),
             Fitted::Nearest(nearest) => nearest.scores(x),
-            Fitted::MiniRocket(rocket, ridge) => {
-                Ok(softened(ridge.decide(&rocket.transform(x)?), ridge.classes()))
-            }
-            Fitted::Svm(svm) => Ok(softened(svm.votes(x)?, svm.classes())),
+            Fitted::MiniRocket(rocket, ridge) => Ok(ridge.decide(&rocket.transform(x)?)),
+            Fitted::Svm(svm) => svm.votes(x),
             Fitted::Ridge(shape, ridge) => {
                 x.expect(*shape)?;
                 Ok(ridge.decide(&FeatureMatrix::new(x.values.to_vec(), shape[0] * shape[1])))
             }
         }
+    }
+
+    /// Turns rows of [`Fitted::decide`] into scores, in place.
+    pub fn soften(&self, decided: &mut [f32]) {
+        if self.has_decisions() {
+            softmax(decided, self.classes());
+        }
+    }
+
+    /// Computes what [`Fitted::decide`] would say of the samples that it was fitted to had it not seen their unit (those of one
+    /// number in `units` are left out together): in closed form for MiniRocket's ridge, none of other methods. The features
+    /// stay those that were fitted to all samples.
+    ///
+    /// # Errors
+    /// Other samples than those that it was fitted to.
+    pub fn left_out(&self, train: &Series, y: &[u32], units: &[u32]) -> Result<Option<Vec<f32>>> {
+        match self {
+            Fitted::MiniRocket(rocket, ridge) => {
+                ridge.left_out(&rocket.transform(train)?, y, units).map(Some)
+            }
+            _ => Ok(None),
+        }
+    }
+
+    /// Checks whether it decides by values without bounds, one per class.
+    pub fn has_decisions(&self) -> bool {
+        matches!(self, Fitted::MiniRocket(..) | Fitted::Svm(_))
     }
 
     /// Makes the memory for one call of [`Fitted::predict_one`] after the other.
@@ -326,6 +362,16 @@ impl Fitted {
         workspace: &mut Workspace,
         scores: &mut [f32],
     ) -> Result<()> {
+        self.decide_one(recording, workspace, scores)?;
+        self.soften(scores);
+        Ok(())
+    }
+
+    /// Computes [`Fitted::decide`] of one recording, as [`Fitted::predict_one`] does its scores.
+    ///
+    /// # Errors
+    /// As [`Fitted::predict_one`].
+    pub fn decide_one(&self, recording: &[f32], workspace: &mut Workspace, scores: &mut [f32]) -> Result<()> {
         if let Some([channels, length]) = self.shape() {
             let x = Series::new(recording, channels, length)?;
             if x.len() != 1 {
@@ -347,12 +393,8 @@ impl Fitted {
             {
                 rocket.shares(recording, work, features);
                 ridge.decide_one(features, products, scores);
-                softmax(scores, ridge.classes());
             }
-            (Fitted::Svm(svm), MethodMemory::Svm(work)) => {
-                svm.predict_one(recording, work, scores);
-                softmax(scores, svm.classes());
-            }
+            (Fitted::Svm(svm), MethodMemory::Svm(work)) => svm.predict_one(recording, work, scores),
             (Fitted::Ridge(_, ridge), MethodMemory::Ridge(products)) if products.len() == ridge.classes() => {
                 ridge.decide_one(recording, products, scores);
             }
@@ -435,11 +477,6 @@ enum MethodMemory {
     Svm(svm::SvmMemory),
     /// Products with the weights of each value.
     Ridge(Vec<f64>),
-}
-
-fn softened(mut values: Vec<f32>, classes: usize) -> Vec<f32> {
-    softmax(&mut values, classes);
-    values
 }
 
 /// Takes the softmax over each row of `classes` values, in place.

@@ -7,9 +7,12 @@
 //! the time at some thousand samples. The Gram matrix of samples is used whatever the number of features:
 //! baselines see thousands of samples at most.
 
+use std::collections::BTreeMap;
+
 use faer::linalg::matmul::triangular::{BlockStructure, matmul};
 use faer::linalg::solvers::Llt;
 use faer::linalg::triangular_inverse::invert_lower_triangular;
+use faer::prelude::Solve;
 use faer::{Accum, Mat, Par, Side};
 use rayon::prelude::*;
 use taxel_kernels::double;
@@ -126,6 +129,54 @@ impl Ridge {
         Ok(Ridge { alpha, error: error / (n * classes) as f64, width, weights, bias })
     }
 
+    /// Computes decision values `[n, classes]` of the samples that it was fitted to, each by a ridge of the same penalty that has
+    /// not seen its unit: samples of one number in `units` are left out together. Nothing is fitted anew: with G as of
+    /// leave-one-out, a block of errors is the inverse of the block of G times the block of coefficients. The scale of the
+    /// features stays that of all samples.
+    ///
+    /// # Errors
+    /// Features, classes or units of other samples than it was fitted to.
+    pub fn left_out(&self, x: &FeatureMatrix, y: &[u32], units: &[u32]) -> Result<Vec<f32>> {
+        let (n, classes) = (y.len(), self.bias.len());
+        let refuse = || Error::Labels { labels: units.len(), samples: n };
+        if x.width != self.width || x.values.len() != n * self.width || units.len() != n {
+            return Err(refuse());
+        }
+        let (rows, ..) = standardised(x, n);
+        let mut penalised = gram(&rows);
+        (0..n).for_each(|i| penalised[(i, i)] += self.alpha);
+        let factor = Llt::new(penalised.as_ref(), Side::Lower).map_err(|_| refuse())?;
+        let mut half = penalised;
+        half.fill(0.0);
+        invert_lower_triangular(half.as_mut(), factor.L(), Par::Seq);
+        drop(factor);
+        let target = |i: usize, c: usize| if y[i] as usize == c { 1.0 } else { -1.0 };
+        let mean: Vec<f64> =
+            (0..classes).map(|c| (0..n).map(|i| target(i, c)).sum::<f64>() / n as f64).collect();
+        let centred = Mat::from_fn(n, classes, |i, c| target(i, c) - mean[c]);
+        let dual = half.transpose() * (&half * &centred);
+        let intercept = 1.0 / (n as f64 * (n as f64 + self.alpha));
+        let mut members: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
+        units.iter().enumerate().for_each(|(row, unit)| members.entry(*unit).or_default().push(row));
+        let blocks: Vec<&Vec<usize>> = members.values().collect();
+        let errors = blocks.par_iter().map(|rows| {
+            let columns = Mat::from_fn(n, rows.len(), |i, j| half[(i, rows[j])]);
+            let mut block = columns.transpose() * &columns;
+            block.col_iter_mut().for_each(|column| column.iter_mut().for_each(|value| *value -= intercept));
+            let own = Mat::from_fn(rows.len(), classes, |i, c| dual[(rows[i], c)]);
+            block.partial_piv_lu().solve(own)
+        });
+        let mut values = vec![0.0; n * classes];
+        for (rows, errors) in blocks.iter().zip(errors.collect::<Vec<_>>()) {
+            for (at, row) in rows.iter().enumerate() {
+                for c in 0..classes {
+                    values[row * classes + c] = (target(*row, c) - errors[(at, c)]) as f32;
+                }
+            }
+        }
+        Ok(values)
+    }
+
     /// Returns the penalty that was chosen.
     pub fn alpha(&self) -> f64 {
         self.alpha
@@ -235,4 +286,60 @@ fn leave_one_out(gram: &Mat<f64>, targets: &Mat<f64>, alpha: f64) -> Option<(f64
     };
     let error: f64 = dual.col_iter().map(off).sum();
     error.is_finite().then_some((error, dual))
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+
+    use super::*;
+
+    /// Computes the decision values of the rows `out` by a ridge on all others, features scaled as they are.
+    fn fitted_without(rows: &Mat<f64>, y: &[u32], classes: usize, alpha: f64, out: &[usize]) -> Mat<f64> {
+        let kept: Vec<usize> = (0..y.len()).filter(|row| !out.contains(row)).collect();
+        let (n, width) = (kept.len(), rows.ncols());
+        let mean: Vec<f64> =
+            (0..width).map(|j| kept.iter().map(|i| rows[(*i, j)]).sum::<f64>() / n as f64).collect();
+        let x = Mat::from_fn(n, width, |i, j| rows[(kept[i], j)] - mean[j]);
+        let target = |i: usize, c: usize| if y[i] as usize == c { 1.0 } else { -1.0 };
+        let offset: Vec<f64> =
+            (0..classes).map(|c| kept.iter().map(|i| target(*i, c)).sum::<f64>() / n as f64).collect();
+        let centred = Mat::from_fn(n, classes, |i, c| target(kept[i], c) - offset[c]);
+        let mut normal = x.transpose() * &x;
+        (0..width).for_each(|j| normal[(j, j)] += alpha);
+        let weights = normal.partial_piv_lu().solve(x.transpose() * centred);
+        Mat::from_fn(out.len(), classes, |i, c| {
+            offset[c] + (0..width).map(|j| (rows[(out[i], j)] - mean[j]) * weights[(j, c)]).sum::<f64>()
+        })
+    }
+
+    #[test]
+    fn left_out_values_are_those_of_ridges_that_are_fitted_without_the_unit() {
+        let (n, width, classes) = (24, 5, 3);
+        let values: Vec<f32> =
+            (0..n * width).map(|i| (i as f32 * 1.7).sin() + (i % 7) as f32 * 0.2).collect();
+        let x = FeatureMatrix::new(values, width);
+        let y: Vec<u32> = (0..n as u32).map(|i| (i * i) % 7 % 3).collect();
+        let ridge = Ridge::fit(&x, &y, classes, &[0.1]).unwrap();
+        let (rows, ..) = standardised(&x, n);
+        for units in [(0..n as u32).collect::<Vec<_>>(), (0..n as u32).map(|i| i / 5).collect()] {
+            let own = ridge.left_out(&x, &y, &units).unwrap();
+            for unit in 0..=units[n - 1] {
+                let out: Vec<usize> = (0..n).filter(|i| units[*i] == unit).collect();
+                let wanted = fitted_without(&rows, &y, classes, 0.1, &out);
+                for (at, row) in out.iter().enumerate() {
+                    for c in 0..classes {
+                        let off = (f64::from(own[row * classes + c]) - wanted[(at, c)]).abs();
+                        assert!(
+                            off < 1e-5,
+                            "unit {unit}: {} and {}",
+                            own[row * classes + c],
+                            wanted[(at, c)]
+                        );
+                    }
+                }
+            }
+        }
+        assert!(ridge.left_out(&x, &y, &[0; 3]).is_err());
+    }
 }

@@ -50,12 +50,14 @@ pub use decide::{
     statistics,
 };
 pub use error::{Error, Result};
-pub use measure::{EarlyOptions, JudgeOptions, StressOptions, judge, speed, stress, survey};
+pub use measure::{
+    EarlyOptions, HeldOutRow, JudgeOptions, StressOptions, held_out, judge, speed, stress, survey,
+};
 pub use report::{NetworkSummary, OverviewRun, Ranked, Report, overview, report, survey_page};
 pub use taxel_report::pictures::{ArrayPicture, PictureKind};
 pub use values::{
-    Across, Alarms, Change, Choice, ClassPictures, Contest, Contrast, CostKind, Criteria, Early,
-    EarlyDecisions, EarlyNetwork, EarlyPoint, EpochPoint, Evidence, Example, FaultCurve, FaultInfo, FoldLoss,
-    Hardened, Judged, Judgement, MAJORITY, NetworkStress, OtherWay, Primary, Score, SensorRange, Speed,
-    Stress, Survey, Test, UnseenFault, Verdict, named_scores,
+    Across, Alarms, COMMON_FAULTS, Change, Choice, ClassPictures, Contest, Contrast, CostKind, Criteria,
+    Early, EarlyDecisions, EarlyNetwork, EarlyPoint, EpochPoint, Evidence, Example, FaultCurve, FaultInfo,
+    FoldLoss, Hardened, Judged, Judgement, MAJORITY, NetworkStress, OtherWay, Primary, Score, SensorRange,
+    Speed, Stress, Survey, Test, UnseenFault, Verdict, named_scores,
 };

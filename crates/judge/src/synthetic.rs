@@ -109,8 +109,14 @@ pub fn synthetic(setting: &Setting, players: Vec<Player>) -> (Comparison, Judgem
         networks.push((player.name.to_string(), records));
     }
     let clusters = (0..total).map(|row| (row / setting.cluster) as u32).collect();
-    let comparison =
-        Comparison { networks, clusters, task: task(setting), protocol: setting.protocol.clone(), seed: 0 };
+    let comparison = Comparison {
+        networks,
+        clusters,
+        is_grouped: setting.cluster > 1,
+        task: task(setting),
+        protocol: setting.protocol.clone(),
+        seed: 0,
+    };
     (comparison, judgement(setting, judged))
 }
 
@@ -144,6 +150,7 @@ fn judge(player: &Player, records: &[FoldRecord], task: &Task) -> Judged {
             mean: Scores::mean_sd(&scores.iter().collect::<Vec<_>>()).0,
             sd: None,
             interval: None,
+            interval_groups: None,
             confusion: None,
             look_alikes: None,
             attributes: vec![],
@@ -214,6 +221,7 @@ fn judgement(setting: &Setting, networks: Vec<Judged>) -> Judgement {
         changed: vec![],
         stress: None,
         early: None,
+        certainty: vec![],
         examples: vec![],
     }
 }
@@ -222,13 +230,15 @@ fn judgement(setting: &Setting, networks: Vec<Judged>) -> Judgement {
 pub fn stress(losses: &[(&str, f64)]) -> Stress {
     let network = |(name, loss): &(&str, f64)| NetworkStress {
         network: (*name).into(),
-        clean: Score { score: 90.0, calibration_error: Some(0.0), refused: 0 },
+        clean: Score { score: 90.0, calibration_error: Some(0.0), refused: 0, unknown: None },
         curves: vec![],
         mean_loss: *loss,
         worst_loss: *loss,
         corruption_error: None,
         relative_corruption_error: None,
         calibration_error: Some(0.0),
+        sure: None,
+        sure_when_broken: None,
         verdict: "breaks first under gain".into(),
         folds: vec![],
         other: None,

@@ -85,6 +85,14 @@ pub enum Error {
         /// Why not.
         reason: String,
     },
+    /// A model that cannot be calibrated.
+    #[error("{model}: {reason}")]
+    Calibration {
+        /// Its name.
+        model: String,
+        /// Why not.
+        reason: String,
+    },
     /// The engine refuses a graph, its weights or a batch.
     #[error(transparent)]
     Engine(Box<taxel_engine::Error>),

@@ -32,6 +32,7 @@
 //! Equal settings on equal data give equal bytes for any number of threads, except for `timings.jsonl`,
 //! `environment.json` and `folds/*.timing.json` of a run folder.
 
+pub mod certainty;
 pub mod encoding;
 mod error;
 mod estimator;

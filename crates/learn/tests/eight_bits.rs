@@ -41,7 +41,7 @@ fn a_model_in_eight_bits_is_a_quarter_of_the_file_and_predictions_alike() {
     assert!(3 * len(&small) < len(&large), "{} and {} bytes", len(&small), len(&large));
     let quantized = opened.card().quantized.as_ref().unwrap();
     assert_eq!((quantized.bits, quantized.samples, &quantized.digest), (8, 30, &images.digest));
-    assert_eq!(opened.card().format, 3);
+    assert_eq!(opened.card().format, 4);
     assert!(opened.card().to_string().contains("8 per weight and value, ranges seen on 30 samples"));
     let (before, after) = (floats.predict(&images.x).unwrap(), opened.predict(&images.x).unwrap());
     let differ = before.labels.iter().zip(&after.labels).filter(|(a, b)| a != b).count();

@@ -9,13 +9,31 @@ mod transforms;
 use allocation_counter::measure;
 use ndarray::Axis;
 use support::candidates;
-use taxel_learn::fit;
+use taxel_data::Dataset;
+use taxel_learn::certainty::{Certainty, HeldOut, HeldOutParts};
+use taxel_learn::metrics::Levels;
+use taxel_learn::{Model, fit};
 use transforms::{samples, transforms};
 
 /// Does it twice: what is looked up once per process is looked up the first time.
 fn allocates_nothing(what: &str, mut work: impl FnMut()) {
     work();
     assert_eq!(measure(work).count_total, 0, "{what}");
+}
+
+/// Returns the same model with temperature and gate, fitted to its own samples many times over: to be asked, not to be believed.
+fn gated(model: &Model, dataset: &Dataset) -> Model {
+    let predictor = model.predictor(8, 1).unwrap();
+    let one = predictor.logits(&dataset.x).unwrap();
+    let times = 30usize.div_ceil(dataset.len());
+    let logits = if predictor.has_logits() { one.repeat(times) } else { vec![] };
+    let truth = dataset.targets.labels().unwrap().values().repeat(times);
+    let parts = (0..(times * dataset.len()) as u32).map(|row| row % 5).collect();
+    let probabilities = predictor.finished(one.repeat(times));
+    let held = HeldOut { probabilities, logits, truth, parts, ..HeldOut::default() };
+    let levels = Levels::of_task(&dataset.task());
+    let certainty = Certainty::fit(&held, &levels, HeldOutParts::Mixed, "own", 0).unwrap().unwrap();
+    model.clone().with_certainty(Some(certainty.with_logits(&held, &[], &levels)))
 }
 
 #[test]
@@ -34,6 +52,14 @@ fn neither_encoding_nor_answering_allocates() {
         let mut workspace = predictor.workspace().unwrap();
         allocates_nothing(&candidate.name, || {
             predictor.predict_one(&mut workspace, &reading).unwrap();
+        });
+        let gated = gated(&fit(&candidate, &dataset, &encoding).unwrap(), &dataset);
+        let is_gated = gated.card().certainty.as_ref().unwrap().seen.is_some();
+        let own = gated.predictor(8, 1).unwrap();
+        let mut memory = own.workspace().unwrap();
+        allocates_nothing(&format!("{} with temperature and gate", candidate.name), || {
+            own.predict_start(&mut memory, &reading, 1.0).unwrap();
+            assert_eq!(own.familiarity(&mut memory, 1.0).is_some(), is_gated);
         });
         let mut broken = reading.clone();
         broken[..40].fill(400.0);

@@ -101,14 +101,14 @@ fn a_file_whose_card_and_tensors_disagree_is_refused_by_name() {
     };
     let version = env!("CARGO_PKG_VERSION");
     let newer = broken(&|parts| {
-        parts.card["format"] = json!(4);
+        parts.card["format"] = json!(5);
         parts.card["taxel"] = json!("9.0.0");
         parts.card["a key of the future"] = json!(1);
     });
     assert_eq!(
         newer,
         format!(
-            "is a model of format 4, written by taxel 9.0.0; this version ({version}) reads formats up to 3: open it \
+            "is a model of format 5, written by taxel 9.0.0; this version ({version}) reads formats up to 4: open it \
              with taxel 9.0.0 or newer"
         )
     );

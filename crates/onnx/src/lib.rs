@@ -26,5 +26,8 @@ mod import;
 mod proto;
 
 pub use error::{Cause, Error, Result};
-pub use export::{Export, Front, FrontStep, IR_VERSION, OPSET, PROBABILITIES, to_bytes, write};
+pub use export::{
+    DISTANCE, DISTANCES, Export, Front, FrontStep, GatePlace, IR_VERSION, OPSET, PROBABILITIES, TEMPERATURE,
+    Tempering, to_bytes, write,
+};
 pub use import::{Imported, from_bytes, read};

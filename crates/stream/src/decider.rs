@@ -32,6 +32,10 @@ pub struct Decider {
     sample: Vec<f32>,
     /// Those of the last prediction.
     probabilities: Vec<f32>,
+    /// That of the last prediction.
+    familiarity: Option<f32>,
+    /// The familiarity up to which a window is unknown.
+    unknown: f32,
     /// Time steps since the stream, or the recording, began.
     readings: u64,
     /// Time steps to be passed over before the next window.
@@ -53,6 +57,10 @@ pub struct Decision<'a> {
     pub ticks: usize,
     /// Faults of the channels, as of the last time step.
     pub health: &'a Health,
+    /// How familiar the window is to the model, 0.01..1; none of a model without a gate.
+    pub familiarity: Option<f32>,
+    /// Whether it is unlike those that the model has learned from.
+    pub is_unknown: bool,
     prediction: std::result::Result<&'a [f32], taxel_learn::Error>,
 }
 
@@ -91,6 +99,7 @@ impl Decider {
         let before =
             options.before.unwrap_or_else(|| judge.map_or(0, |judge| ticks.saturating_sub(judge.window) / 2));
         check(options, spec, before, ticks, matches!(card.task, Task::Values(_)))?;
+        check_early(options, card)?;
         let contact = options.contact.then(|| Contact::new(spec, judge, full_scale));
         Ok(Decider {
             workspace: predictor.workspace()?,
@@ -98,6 +107,8 @@ impl Decider {
             waiting: contact.is_some(),
             contact,
             probabilities: vec![0.0; card.levels().outputs()],
+            familiarity: None,
+            unknown: options.unknown,
             sizes: card.levels().sizes().to_vec(),
             hop: options.hop.unwrap_or((ticks / 4).max(1)),
             before,
@@ -192,16 +203,25 @@ impl Decider {
             self.next();
         }
         let predicted = predicted.filter(|_| decides)?;
-        let Decider { health, readings, probabilities, .. } = self;
+        let is_unknown = predicted.is_ok() && self.is_unknown();
+        let Decider { health, readings, probabilities, familiarity, .. } = self;
+        let familiarity = familiarity.filter(|_| predicted.is_ok());
         let prediction = predicted.map(|_| &**probabilities);
-        Some(Decision { reading: *readings - 1, known, ticks, health, prediction })
+        Some(Decision { reading: *readings - 1, known, ticks, health, familiarity, is_unknown, prediction })
+    }
+
+    fn is_unknown(&self) -> bool {
+        self.familiarity.is_some_and(|familiarity| familiarity <= self.unknown)
     }
 
     /// Predicts the window as it is; returns whether the model is confident enough to decide early.
     fn predict_window(&mut self) -> std::result::Result<bool, taxel_learn::Error> {
         self.window.sample(self.padding, &mut self.sample);
-        self.probabilities.copy_from_slice(self.predictor.predict_one(&mut self.workspace, &self.sample)?);
-        let Some(least) = self.early else { return Ok(false) };
+        let seen = self.window.known() as f64 / self.window.ticks() as f64;
+        let predicted = self.predictor.predict_start(&mut self.workspace, &self.sample, seen)?;
+        self.probabilities.copy_from_slice(predicted);
+        self.familiarity = self.predictor.familiarity(&mut self.workspace, seen);
+        let Some(least) = self.early.filter(|_| !self.is_unknown()) else { return Ok(false) };
         let mut rest = self.probabilities.as_slice();
         for size in &self.sizes {
             let (attribute, after) = rest.split_at(*size);
@@ -237,6 +257,23 @@ fn numatac(transform: &Transform) -> Option<NumaTac> {
     }
 }
 
+/// Refuses early decisions that were no better than chance in the run that the model is of.
+fn check_early(options: &StreamOptions, card: &Card) -> Result<()> {
+    let Some(early) = options.early else { return Ok(()) };
+    let record = card.certainty.as_ref().and_then(|certainty| certainty.early_at(f64::from(early)));
+    let Some(record) = record.filter(|record| record.is_chance()) else { return Ok(()) };
+    let why = format!(
+        "decides by chance: of {} samples that training had not seen {} were decided early at {}, {:.0} % of them right, and \
+         the commonest answer is right in {:.0} %; leave --early out, or try a higher confidence",
+        record.of,
+        record.decided,
+        record.confidence,
+        100.0 * record.right,
+        100.0 * record.chance,
+    );
+    Err(Error::Option { option: "early", value: early.to_string(), why })
+}
+
 fn check(
     options: &StreamOptions,
     spec: &SampleSpec,
@@ -267,6 +304,9 @@ fn check(
             value,
             "has no meaning here: the model reads one reading at a time, not a window of them",
         );
+    }
+    if !(0.0..1.0).contains(&options.unknown) {
+        return refuse("unknown", options.unknown.to_string(), "is a share from 0 and below 1, as 0.05");
     }
     if before >= ticks {
         let why = format!("leaves nothing of a window of {ticks} readings to contact");

@@ -14,6 +14,8 @@ pub struct StreamOptions {
     pub before: Option<usize>,
     /// The probability, above 0 and at most 1, at which a window is decided before it is full.
     pub early: Option<f32>,
+    /// The familiarity, 0..1, up to which a window is unknown to the model; 0 for none. Default 0.
+    pub unknown: f32,
     /// Fewest time steps of a window that is decided early. Default a tenth of a window, the least that reports
     /// measure.
     pub least: Option<usize>,

@@ -5,8 +5,9 @@ use std::path::Path;
 use serde_json::json;
 use taxel_data::{Layout, SampleSpec};
 use taxel_encodings::{Scaling, TactileTensor};
+use taxel_learn::certainty::{Place, Seen};
 use taxel_learn::{Card, Model, ModelKind, Transform};
-use taxel_onnx::{Export, FrontStep, PROBABILITIES};
+use taxel_onnx::{DISTANCE, DISTANCES, Export, FrontStep, GatePlace, PROBABILITIES, TEMPERATURE, Tempering};
 
 use crate::error::{Error, Result};
 
@@ -15,7 +16,7 @@ use crate::error::{Error, Result};
 pub struct Exported {
     /// Inputs in their order.
     pub inputs: Vec<ExportedInput>,
-    /// Names of the outputs in their order: logits and, where they follow, `probabilities`.
+    /// Names of the outputs in their order: logits and, where they follow, `probabilities`; of a model with a gate `distance`.
     pub outputs: Vec<String>,
 }
 
@@ -69,13 +70,40 @@ pub fn export(model: &Model, path: &Path) -> Result<Exported> {
     }
     let facts = facts(card, *loss, &inputs);
     let about = card.to_string();
-    let export = Export { loss: Some(*loss), readings, about, facts, ..Export::new(graph, model.weights()) };
+    let tempering = card.certainty.as_ref().map(|certainty| Tempering {
+        temperature: certainty.temperature,
+        sizes: card.levels().sizes().to_vec(),
+    });
+    let gate = card.certainty.as_ref().and_then(|certainty| certainty.seen.as_ref());
+    let export = Export {
+        loss: Some(*loss),
+        tempering,
+        gate: gate.map_or(vec![], places),
+        readings,
+        about,
+        facts,
+        ..Export::new(graph, model.weights())
+    };
     taxel_onnx::write(path, &export)?;
     let mut outputs: Vec<String> = graph.outputs().iter().map(|(name, _)| name.clone()).collect();
     if !outputs.iter().any(|name| name == PROBABILITIES) {
         outputs.push(PROBABILITIES.into());
     }
+    if gate.is_some() && !outputs.iter().any(|name| name == DISTANCE) {
+        outputs.push(DISTANCE.into());
+    }
     Ok(Exported { inputs, outputs })
+}
+
+/// Returns a gate as ONNX computes it.
+fn places(gate: &Seen) -> Vec<GatePlace> {
+    let place = |Place { center, within, around, means }: &Place| GatePlace {
+        center: center.clone(),
+        within: within.clone(),
+        around: around.clone(),
+        means: means.clone(),
+    };
+    gate.places.iter().map(place).collect()
 }
 
 /// Returns facts for programs that run the file, as `metadata_props`.
@@ -103,6 +131,10 @@ fn facts(card: &Card, loss: taxel_graph::Loss, inputs: &[ExportedInput]) -> Vec<
         };
         facts.push((format!("taxel.input.{}", input.name), takes));
     }
+    let temperature = card.certainty.as_ref().map(|certainty| certainty.temperature.to_string());
+    facts.extend(temperature.map(|temperature| (TEMPERATURE.to_string(), temperature)));
+    let gate = card.certainty.as_ref().and_then(|certainty| certainty.seen.as_ref());
+    facts.extend(gate.map(|gate| (DISTANCES.to_string(), json!(gate.distances).to_string())));
     facts.extend(unit.iter().map(|unit| ("taxel.unit".to_string(), unit.clone())));
     facts.extend(rate.iter().map(|rate| ("taxel.rate_hz".to_string(), rate.to_string())));
     facts.extend(full_scale.iter().map(|full| ("taxel.full_scale".to_string(), full.to_string())));

@@ -7,7 +7,7 @@ const GROUPS: [(&str, &[&str]); 6] = [
     ("Data: your recordings, or simulated ones", &["data", "simulate", "encode"]),
     ("Train: networks on recordings", &["run", "zoo", "cost", "import", "forward", "stitch"]),
     ("Judge: which network to take", &["report", "choose", "stress", "shrink"]),
-    ("Ship: a model on a robot", &["fit", "predict", "stream", "inspect", "quantize", "export"]),
+    ("Ship: a model on a robot", &["fit", "calibrate", "predict", "stream", "inspect", "quantize", "export"]),
     ("Study: many experiments on many machines", &["sweep"]),
     ("Other", &["completions", "help"]),
 ];

@@ -67,6 +67,8 @@ enum Command {
     #[cfg(feature = "lab")]
     Fit(commands::fit::Fit),
     #[cfg(feature = "lab")]
+    Calibrate(commands::calibrate::Calibrate),
+    #[cfg(feature = "lab")]
     Import(commands::import::Import),
     #[cfg(feature = "lab")]
     Stitch(commands::stitch::Stitch),
@@ -146,6 +148,8 @@ impl Command {
             Command::Run(command) => command.run(),
             #[cfg(feature = "lab")]
             Command::Fit(command) => command.run(),
+            #[cfg(feature = "lab")]
+            Command::Calibrate(command) => command.run(),
             #[cfg(feature = "lab")]
             Command::Import(command) => command.run(),
             #[cfg(feature = "lab")]

@@ -10,6 +10,7 @@ use taxel_baselines::Method;
 use taxel_data::SampleSpec;
 use taxel_faults::{Fault, TrainingFaults};
 use taxel_graph::Loss;
+use taxel_learn::certainty::UnknownTrial;
 use taxel_learn::{
     Candidate, Check, Combination, Criterion, Encoding, Problem, Protocol, Recipe, Search, file_name,
     require, share, within,
@@ -54,6 +55,9 @@ pub struct Config {
     /// Trains everything once more, under faults.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub harden: Option<Harden>,
+    /// Trains every row without some of the classes, to see whether its gate tells them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unknown: Option<UnknownTrial>,
     /// Tables of a paper that this run reproduces, for its page. Default none: all networks in one.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub tables: Vec<TableView>,
@@ -159,6 +163,7 @@ struct Raw {
     networks: Vec<RawNetwork>,
     baselines: Option<Vec<Value>>,
     harden: Option<Harden>,
+    unknown: Option<UnknownTrial>,
     #[serde(default)]
     tables: Vec<TableView>,
 }
@@ -212,6 +217,7 @@ impl Config {
             networks,
             baselines,
             harden: raw.harden,
+            unknown: raw.unknown,
             tables: raw.tables,
         })
     }
@@ -251,6 +257,9 @@ impl Config {
         }
         for (i, view) in self.tables.iter().enumerate() {
             view.check(&labels).map_err(|problem| problem.below(&format!("tables.{i}")))?;
+        }
+        if let Some(unknown) = &self.unknown {
+            unknown.check().map_err(below("unknown"))?;
         }
         match &self.harden {
             Some(harden) => harden.check(&labels).map_err(below("harden")),

@@ -31,6 +31,7 @@ mod positions;
 mod read;
 mod run;
 mod samples;
+mod unknown;
 mod value_reader;
 mod variant;
 

@@ -106,13 +106,18 @@ impl Runner<'_> {
     ) -> Result<RunFolder> {
         let validation = self.validation()?;
         let text = self.experiment.to_toml();
-        let now = parsed(&text);
+        let compared = |mut table: Table| {
+            // Tried after the run, on trainings of its own.
+            table.remove("unknown");
+            Value::Table(table)
+        };
+        let now = compared(parsed(&text));
         let difference = |path: &Path, before: &str| {
             let before: Table = toml::from_str(before).map_err(|e| taxel_learn::Error::Damaged {
                 file: path.display().to_string(),
                 reason: format!("is no TOML: {}", e.message()),
             })?;
-            Ok(difference("", &Value::Table(before), &Value::Table(now.clone())))
+            Ok(difference("", &compared(before), &now))
         };
         let identity = Identity { file: CONFIG, text, difference: &difference };
         let out = out.map_or_else(|| self.experiment.default_out(), PathBuf::from);
@@ -228,7 +233,10 @@ impl Runner<'_> {
     /// # Errors
     /// Any other error of a network, and the first reason where no network is left: a run that asks for networks is not
     /// one of baselines alone.
-    fn candidates(&self, encoder: &mut Encoder) -> Result<(Vec<Candidate>, BTreeMap<String, String>)> {
+    pub(crate) fn candidates(
+        &self,
+        encoder: &mut Encoder,
+    ) -> Result<(Vec<Candidate>, BTreeMap<String, String>)> {
         let networks = &self.experiment.config().networks;
         let (mut candidates, mut refused, mut first) = (vec![], BTreeMap::new(), None);
         for (i, network) in networks.iter().enumerate() {

@@ -12,7 +12,7 @@ use crate::error::Result;
 use crate::values::{Early, EarlyDecisions, EarlyNetwork, EarlyPoint};
 
 /// Shares of a sample that are there, in %.
-const SHARES: [u8; 10] = [10, 20, 30, 40, 50, 60, 70, 80, 90, 100];
+pub(super) const SHARES: [u8; 10] = [10, 20, 30, 40, 50, 60, 70, 80, 90, 100];
 /// Confidences at which is decided.
 const CONFIDENCES: [f64; 7] = [0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.99];
 
@@ -76,7 +76,7 @@ pub(super) fn early(case: &Case, options: &EarlyOptions) -> Result<Option<Early>
 }
 
 /// Returns the first `seen` % of each sample, at least one reading, filled up.
-fn started(case: &Case, clean: &ArrayD<f32>, seen: u8, padding: Padding) -> ArrayD<f32> {
+pub(super) fn started(case: &Case, clean: &ArrayD<f32>, seen: u8, padding: Padding) -> ArrayD<f32> {
     let (before, ticks, after) = case.dataset.spec.around_time();
     let known = known(ticks, seen);
     let mut starts = clean.as_standard_layout().into_owned();
@@ -103,7 +103,7 @@ impl EarlyScores {
     fn add(&mut self, case: &Case, part: &TestPart, shares: Vec<RawOutputs>) {
         let (task, levels) = (case.task(), case.levels());
         for (at, outputs) in shares.into_iter().enumerate() {
-            let (first, refused) = (self.sure[at].len(), outputs.1.clone());
+            let (first, refused) = (self.sure[at].len(), outputs.refused.clone());
             let outcome = outcome(&case.dataset.targets, part, outputs);
             self.terms[at].extend(Metric::primary(task).terms(task, &outcome).unwrap_or_default());
             self.refused[at] += refused.len();

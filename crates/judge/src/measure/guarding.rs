@@ -28,7 +28,7 @@ pub(super) fn guard(
 }
 
 /// Returns the rows that a fold was trained on, as its protocol divides them.
-fn trained_on(case: &Case, key: &FoldKey) -> Result<Vec<usize>> {
+pub(super) fn trained_on(case: &Case, key: &FoldKey) -> Result<Vec<usize>> {
     let folds = case.results.protocol.folds(&case.dataset, case.results.seed, key.repetition)?;
     let record = case.records(&key.network).find(|record| record.key == *key);
     let mut tested = record.map_or(vec![], |record| record.index.clone());

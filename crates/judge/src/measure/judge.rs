@@ -6,6 +6,7 @@ use taxel_learn::{
     Card, Environment, Epoch, FoldRecord, ModelKind, NetworkResults, Results, RunFolder, Timing,
 };
 
+use super::certainty::certainty;
 use super::chance::chance;
 use super::early::{EarlyOptions, early};
 use super::eight_bits::changed;
@@ -89,6 +90,7 @@ pub fn judge(case: &Case, options: &JudgeOptions) -> Result<Judgement> {
         changed: changed(case),
         stress,
         early,
+        certainty: certainty(case)?,
         results,
     })
 }
@@ -178,7 +180,7 @@ impl Judgement {
     /// # Errors
     /// A file that is damaged or was changed since it was measured.
     pub fn read(case: &Case) -> Result<Option<Self>> {
-        let read = match case.folder.read::<Sealed>(FILE)? {
+        let mut read = match case.folder.read::<Sealed>(FILE)? {
             Some(Sealed { judgement, digest: Some(digest) }) if digest == seal(&judgement)? => {
                 Some(judgement)
             }
@@ -188,6 +190,14 @@ impl Judgement {
             }
             _ => None,
         };
+        // Those of older versions have intervals of another kind, which are no measurements.
+        for network in read.iter_mut().flat_map(|judgement| &mut judgement.networks) {
+            let row = case.results.networks.iter().find(|row| row.network == network.results.network);
+            if let Some(row) = row {
+                network.results.interval = row.interval;
+                network.results.interval_groups = row.interval_groups;
+            }
+        }
         let is_of_run = |j: &Judgement| {
             let networks = j.networks.iter().map(|n| &n.results);
             networks.eq(&case.results.networks) && j.results.data_digest == case.results.data_digest

@@ -1,10 +1,13 @@
 //! Measurements of a run: speed, scores under faults, examples.
 
+mod apart;
+mod certainty;
 mod chance;
 mod early;
 mod eight_bits;
 mod examples;
 mod guarding;
+mod held_out;
 mod judge;
 mod parts;
 mod pictures;
@@ -16,6 +19,7 @@ mod threads;
 mod verdict;
 
 pub use early::EarlyOptions;
+pub use held_out::{HeldOutRow, held_out};
 pub use judge::{JudgeOptions, judge};
 pub use speed::speed;
 pub use stress::{StressOptions, stress};

@@ -6,10 +6,12 @@ use ndarray::{ArrayD, Axis};
 use rayon::prelude::*;
 use taxel_data::Targets;
 use taxel_faults::{Fault, Sensor};
+use taxel_learn::certainty::{Seen, tempered};
 use taxel_learn::guard::{Guard, ReplacedElement};
-use taxel_learn::metrics::Outcome;
+use taxel_learn::metrics::{Levels, Outcome};
 use taxel_learn::{FoldKey, FoldRecord, Predictor, mended};
 
+use super::apart::Apart;
 use super::chance::means;
 use super::guarding::guard;
 use super::threads::on;
@@ -19,6 +21,10 @@ use crate::values::Alarms;
 
 /// Samples that a network predicts at a time.
 pub(super) const BATCH: usize = 64;
+/// The probability from which on an answer is sure.
+const SURE: f32 = 0.9;
+/// The familiarity up to which a sample is unknown.
+const FALSE_ALARMS: f32 = 0.05;
 
 /// Rows of the data set that a fold tests, with the models that have not seen them.
 pub(super) struct TestPart {
@@ -46,6 +52,54 @@ pub(super) struct PartOutcome {
     pub broken: Corruption,
     pub outcome: Outcome,
     pub refused: usize,
+    /// How sure the answers are at the temperature of the other folds; none of values.
+    pub sure: Option<SureCount>,
+}
+
+/// Answers of a part counted by how sure they are.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(super) struct SureCount {
+    /// Answers, one for each attribute of each sample.
+    pub answers: usize,
+    /// Those that are 90 % sure or more.
+    pub sure: usize,
+    /// Those of them that are right.
+    pub right: usize,
+    /// Samples that the gate of the other folds finds unknown, and all; none without a gate.
+    pub unknown: Option<(usize, usize)>,
+}
+
+impl SureCount {
+    fn of(outputs: &RawOutputs, outcome: &Outcome, levels: &Levels, apart: &(f64, Option<Seen>)) -> Self {
+        let (temperature, gate) = apart;
+        let (truth, _) = outcome.labels();
+        let mut probabilities = outputs.outputs.clone();
+        tempered(&mut probabilities, levels.sizes(), *temperature);
+        let predicted = levels.predicted(&probabilities);
+        let width = levels.sizes().len().max(1);
+        let mut count = SureCount::default();
+        let rows = probabilities.chunks_exact(levels.outputs().max(1));
+        for (at, mut row) in rows.enumerate() {
+            let is_refused = outputs.refused.contains(&at);
+            for (attribute, size) in levels.sizes().iter().enumerate() {
+                let answer = predicted[at * width + attribute];
+                let is_sure = !is_refused && row[answer as usize] >= SURE;
+                count.answers += 1;
+                count.sure += usize::from(is_sure);
+                count.right += usize::from(is_sure && truth[at * width + attribute] == answer);
+                row = &row[*size..];
+            }
+        }
+        let mut scratch = vec![];
+        count.unknown = gate.as_ref().map(|gate| {
+            let rows = outputs.logits.chunks_exact(levels.outputs().max(1)).enumerate();
+            let mut is_unknown = |(at, row): &(usize, &[f32])| {
+                outputs.refused.contains(at) || gate.familiarity(row, 1.0, &mut scratch) <= Some(FALSE_ALARMS)
+            };
+            (rows.filter(|row| is_unknown(row)).count(), outputs.logits.len() / levels.outputs().max(1))
+        });
+        count
+    }
 }
 
 /// Returns the test parts of the first repetition, thinned out evenly to `most` samples, and the number of all samples.
@@ -109,6 +163,7 @@ pub(super) fn stressed_parts(
     sensor: &Sensor,
     parts: &[TestPart],
     corruptions: &[Corruption],
+    apart: &Apart,
     (is_guarded, threads): (bool, usize),
     tick: &(dyn Fn() + Sync),
 ) -> Result<StressOutcomes> {
@@ -117,7 +172,7 @@ pub(super) fn stressed_parts(
         for part in parts {
             let models = PartModels::new(case, part, is_guarded)?;
             let outcomes = |corruption: &Corruption| {
-                let outcomes = models.outcomes(case, sensor, part, *corruption)?;
+                let outcomes = models.outcomes((case, sensor, apart), part, *corruption)?;
                 tick();
                 Ok(outcomes)
             };
@@ -143,8 +198,7 @@ impl PartModels {
 
     fn outcomes(
         &self,
-        case: &Case,
-        sensor: &Sensor,
+        (case, sensor, apart): (&Case, &Sensor, &Apart),
         part: &TestPart,
         broken: Corruption,
     ) -> Result<StressOutcomes> {
@@ -173,12 +227,17 @@ impl PartModels {
                 }
                 _ => None,
             };
-            let of = |outputs: RawOutputs| PartOutcome {
-                network: key.network.clone(),
-                fold: part.fold,
-                broken,
-                refused: outputs.1.len(),
-                outcome: outcome(&case.dataset.targets, part, outputs),
+            let fitted = apart.get(&(key.network.clone(), part.fold as u32));
+            let of = |outputs: RawOutputs| {
+                let outcome = outcome(&case.dataset.targets, part, outputs.clone());
+                PartOutcome {
+                    network: key.network.clone(),
+                    fold: part.fold,
+                    broken,
+                    refused: outputs.refused.len(),
+                    sure: fitted.map(|fitted| SureCount::of(&outputs, &outcome, &case.levels(), fitted)),
+                    outcome,
+                }
             };
             let (saved, other) = if *is_guarded { (with, without) } else { (without, with) };
             outcomes.saved.extend(saved.map(of));
@@ -190,7 +249,8 @@ impl PartModels {
 
 /// Returns outputs beside the true targets of a part. A sample that was refused has no class, which is never right, or
 /// the mean of each value.
-pub(super) fn outcome(targets: &Targets, part: &TestPart, (outputs, refused): RawOutputs) -> Outcome {
+pub(super) fn outcome(targets: &Targets, part: &TestPart, raw: RawOutputs) -> Outcome {
+    let RawOutputs { outputs, refused, .. } = raw;
     let mut outcome = Outcome::new(targets, &part.rows, outputs).with_untrained(&part.untrained);
     match (&mut outcome, targets) {
         (Outcome::Values { predicted, .. }, Targets::Values(values)) => {
@@ -229,8 +289,16 @@ fn corrupt(
     Ok(x)
 }
 
-/// Outputs, and the samples that cannot be encoded.
-pub(super) type RawOutputs = (Vec<f32>, Vec<usize>);
+/// Predictions of a model for some samples.
+#[derive(Debug, Clone, Default)]
+pub(super) struct RawOutputs {
+    /// Probabilities or values `[n, outputs]`.
+    pub outputs: Vec<f32>,
+    /// The logits that they are made of, `[n, outputs]`.
+    pub logits: Vec<f32>,
+    /// The samples that cannot be encoded.
+    pub refused: Vec<usize>,
+}
 
 /// Predicts samples `x` behind a guard; where it found nothing the outputs are those `without` it.
 fn predict_behind(
@@ -240,21 +308,23 @@ fn predict_behind(
     found: &[Vec<ReplacedElement>],
     without: Option<&RawOutputs>,
 ) -> Result<RawOutputs> {
-    let Some((outputs, refused)) = without else { return predict(predictor, clean, x) };
+    let Some(without) = without else { return predict(predictor, clean, x) };
     let rows: Vec<usize> = (0..found.len()).filter(|row| !found[*row].is_empty()).collect();
-    let (mut outputs, mut refused) = (outputs.clone(), refused.clone());
+    let mut all = without.clone();
     if rows.is_empty() {
-        return Ok((outputs, refused));
+        return Ok(all);
     }
-    let (predicted, unread) = predict(predictor, &clean.select(Axis(0), &rows), &x.select(Axis(0), &rows))?;
-    let width = predicted.len() / rows.len();
-    for (row, predicted) in rows.iter().zip(predicted.chunks_exact(width.max(1))) {
-        outputs[row * width..][..width].copy_from_slice(predicted);
+    let mended = predict(predictor, &clean.select(Axis(0), &rows), &x.select(Axis(0), &rows))?;
+    let width = mended.outputs.len() / rows.len();
+    for (at, row) in rows.iter().enumerate() {
+        let (from, to) = (at * width..(at + 1) * width, row * width..(row + 1) * width);
+        all.outputs[to.clone()].copy_from_slice(&mended.outputs[from.clone()]);
+        all.logits[to].copy_from_slice(&mended.logits[from]);
     }
-    refused.retain(|row| !rows.contains(row));
-    refused.extend(unread.into_iter().map(|at| rows[at]));
-    refused.sort_unstable();
-    Ok((outputs, refused))
+    all.refused.retain(|row| !rows.contains(row));
+    all.refused.extend(mended.refused.into_iter().map(|at| rows[at]));
+    all.refused.sort_unstable();
+    Ok(all)
 }
 
 /// Predicts `broken` samples. Clean ones stand in for those that cannot be encoded, so that the others make a batch.
@@ -264,7 +334,8 @@ pub(super) fn predict(
     broken: &ArrayD<f32>,
 ) -> Result<RawOutputs> {
     if let Ok(inputs) = predictor.encode(broken) {
-        return Ok((predictor.predict_encoded(&inputs)?, vec![]));
+        let logits = predictor.logits_encoded(&inputs)?;
+        return Ok(RawOutputs { outputs: predictor.finished(logits.clone()), logits, refused: vec![] });
     }
     let mut mended = broken.clone();
     let mut refused = vec![];
@@ -274,7 +345,8 @@ pub(super) fn predict(
             refused.push(row);
         }
     }
-    Ok((predictor.predict(&mended)?.outputs, refused))
+    let logits = predictor.logits(&mended)?;
+    Ok(RawOutputs { outputs: predictor.finished(logits.clone()), logits, refused })
 }
 
 #[cfg(test)]
@@ -289,7 +361,8 @@ mod tests {
         let labels = Labels::of_classes(&classes, &[0, 1, 2]);
         let targets = Targets::Classes { labels, columns: None };
         let part = TestPart { fold: 0, rows: vec![0, 2], keys: vec![], untrained: vec![vec![2]] };
-        let broken = outcome(&targets, &part, (vec![0.2, 0.8, 0.0, 0.9, 0.1, 0.0], vec![]));
+        let outputs = vec![0.2, 0.8, 0.0, 0.9, 0.1, 0.0];
+        let broken = outcome(&targets, &part, RawOutputs { outputs, ..RawOutputs::default() });
         assert_eq!((broken.untrained(0), broken.labels().1), (&[2][..], &[1, 0][..]));
     }
 }

@@ -1,6 +1,7 @@
 //! Scores under faults: the primary metric, breaking points, errors relative to a reference.
 
 use taxel_data::Task;
+use taxel_learn::certainty::SureAnswers;
 use taxel_learn::metrics::{Levels, Outcome};
 
 use super::parts::PartOutcome;
@@ -13,7 +14,27 @@ pub(super) fn score(task: &Task, outcomes: &[&PartOutcome]) -> Result<Score> {
         score: pooled(task, outcomes),
         calibration_error: calibration_error(task, outcomes)?,
         refused: outcomes.iter().map(|a| a.refused).sum(),
+        unknown: unknown(outcomes),
     })
+}
+
+/// Returns the share of samples that gates of the other folds find unknown; none where a fold has no gate.
+fn unknown(outcomes: &[&PartOutcome]) -> Option<f64> {
+    let counts = outcomes.iter().map(|part| part.sure?.unknown).collect::<Option<Vec<_>>>()?;
+    let [unknown, all] = [0, 1].map(|at| counts.iter().map(|count| [count.0, count.1][at]).sum::<usize>());
+    (all > 0).then(|| unknown as f64 / all as f64)
+}
+
+/// Counts the answers that are 90 % sure, of clean or of broken samples; none of values, and where there are no such samples.
+pub(super) fn sure(outcomes: &[&PartOutcome], is_broken: bool) -> Option<SureAnswers> {
+    let counts =
+        outcomes.iter().filter(|part| part.broken.is_some() == is_broken).filter_map(|part| part.sure);
+    let (mut answers, mut sure, mut right) = (0, 0, 0);
+    for count in counts {
+        (answers, sure, right) = (answers + count.answers, sure + count.sure, right + count.right);
+    }
+    let share = |part: usize, of: usize| part as f64 / of.max(1) as f64;
+    (answers > 0).then(|| SureAnswers { share: share(sure, answers), right: share(right, sure) })
 }
 
 /// Returns the primary metric over all samples.
@@ -85,6 +106,8 @@ pub(super) fn stressed(
         calibration_error: clean
             .calibration_error
             .map(|_| mean(&|curve| curve.mean(|score| score.calibration_error.unwrap_or(0.0)))),
+        sure: None,
+        sure_when_broken: None,
         verdict: String::new(),
         curves,
         other: None,

@@ -7,8 +7,9 @@ use taxel_faults::{Fault, Layout};
 use taxel_learn::{ModelInput, SensorFacts, require};
 
 use super::chance::chance;
+use super::held_out::apart;
 use super::parts::{Corruption, PartOutcome, StressOutcomes, TestPart, parts, stressed_parts};
-use super::scores::{breaks_at, folds, relate, score, stressed};
+use super::scores::{breaks_at, folds, relate, score, stressed, sure};
 use super::verdict::verdict;
 use crate::case::Case;
 use crate::error::{Error, Result};
@@ -74,7 +75,9 @@ pub fn stress(
     }
     start((parts.len() * corruptions.len()) as u64);
     let threads = taxel_learn::threads(Some(options.threads));
-    let outcomes = stressed_parts(case, &sensor, &parts, &corruptions, (options.guard, threads), tick)?;
+    let apart = apart(case, &names, options.samples, threads)?;
+    let how = (options.guard, threads);
+    let outcomes = stressed_parts(case, &sensor, &parts, &corruptions, &apart, how, tick)?;
     let chance = chance(&case.dataset)?;
     let mut networks = vec![];
     for name in &names {
@@ -141,7 +144,13 @@ fn network(
             curves,
         })
     };
-    Ok(NetworkStress { folds: folds(task, &saved), other, ..stressed(&primary, name, clean, curves) })
+    Ok(NetworkStress {
+        folds: folds(task, &saved),
+        sure: sure(&saved, false),
+        sure_when_broken: sure(&saved, true),
+        other,
+        ..stressed(&primary, name, clean, curves)
+    })
 }
 
 /// Computes the scores of one network on samples that are broken so.

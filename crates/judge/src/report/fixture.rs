@@ -59,7 +59,7 @@ fn network(number: usize) -> Value {
 }
 
 fn stress() -> Value {
-    let score = |accuracy: f64| json!({"accuracy": accuracy, "calibration_error": 0.125});
+    let score = |accuracy: f64| json!({"accuracy": accuracy, "calibration_error": 0.125, "unknown": 0.0625});
     let example = |number: usize| {
         let (name, clean, ..) = NETWORKS[number];
         let curve = |fault: &str, step: f64| {
@@ -71,6 +71,7 @@ fn stress() -> Value {
             "network": name, "clean": score(clean), "curves": [curve("noise", 1.0), curve("gain", 10.0)],
             "mean_loss": 16.5, "worst_loss": 30.0, "corruption_error": 87.5, "relative_corruption_error": null,
             "other": {"is_guarded": true, "clean": score(clean - 0.5), "curves": [curve("noise", 1.0), curve("gain", 4.0)], "mean_loss": 7.5},
+            "sure": {"share": 0.75, "right": 0.96875}, "sure_when_broken": {"share": 0.5, "right": 0.625},
             "calibration_error": 0.25, "verdict": format!("breaks first under {HOSTILE}"),
         })
     };
@@ -94,6 +95,24 @@ fn early() -> Value {
     json!({"samples": 40, "of": 120, "ticks": 50, "padding": "zero", "networks": NETWORKS.map(network)})
 }
 
+fn certainty() -> Value {
+    let set = json!({"share": 0.9, "least": [0.25], "covered": 0.875, "worst_group": 0.75, "size": 1.25});
+    let bin = |sure: f64| json!({"answers": 20, "sure": sure, "right": sure - 0.05});
+    let row = |(name, ..): (&str, f64, f64, u64, bool)| {
+        json!({
+            "network": name,
+            "certainty": {
+                "temperature": 0.5, "sets": [set], "worst_group_gap": 0.125,
+                "fitted_on": {"samples": 120, "groups": 6, "parts": "groups", "digest": "d1ge57"},
+                "calibration_error": {"before": 0.5, "after": 0.0625, "floor": 0.03125},
+            },
+            "reliability": {"bins": [bin(0.4), bin(0.9)], "surest": [1.0, 1.0, 0.95, 0.95, 0.9, 0.9, 0.85, 0.85, 0.8, 0.75]},
+            "unknown": {"draws": 3, "auroc": 0.875, "auroc_softmax": 0.75, "refused": 0.5, "false_alarms": 0.0625},
+        })
+    };
+    NETWORKS.map(row).into_iter().collect()
+}
+
 /// Makes a judgement with every part that a report shows.
 pub(super) fn judgement() -> Judgement {
     let environment = json!({
@@ -113,7 +132,7 @@ pub(super) fn judgement() -> Judgement {
             "left_out": {"svm": HOSTILE},
         },
         "protocol": "stratified 2-fold", "environment": environment, "judged_on": environment,
-        "chance": 33.3, "networks": (0..NETWORKS.len()).map(network).collect::<Vec<_>>(), "stress": stress(), "early": early(),
+        "chance": 33.3, "networks": (0..NETWORKS.len()).map(network).collect::<Vec<_>>(), "stress": stress(), "early": early(), "certainty": certainty(),
         "examples": [{
             "origin": HOSTILE, "truth": "soft", "verdicts": [verdict],
             "pictures": [
@@ -127,17 +146,25 @@ pub(super) fn judgement() -> Judgement {
 
 /// Makes a choice of the judgement.
 pub(super) fn choice() -> Choice {
-    let criteria = Criteria { cost: CostKind::Latency, alpha: 0.05, max_loss: None, margin: Some(5.0) };
+    let criteria = Criteria {
+        cost: CostKind::Latency,
+        alpha: 0.05,
+        max_loss: None,
+        margin: Some(5.0),
+        clean_only: false,
+    };
     let evidence = |network: &str, difference: f64| Evidence {
         network: network.into(),
         score: 93.5 + difference,
         difference,
         interval: (difference < 0.0).then_some([difference - 1.0, difference + 1.0]),
         p: (difference < 0.0).then_some(0.25),
+        test: (difference < 0.0).then_some(Test::NadeauBengio),
         p_holm: (difference < 0.0).then_some(0.5),
         worse: false,
         cost: Some(0.02),
         mean_loss: Some(16.5),
+        breaks_at_1: vec![],
         refused: None,
     };
     Choice {
@@ -146,6 +173,8 @@ pub(super) fn choice() -> Choice {
         test: Test::NadeauBengio,
         best: "large-2d".into(),
         chosen: Some("small-1d".into()),
+        passed_over: None,
+        steadier: None,
         enough_data: false,
         evidence: vec![evidence("small-1d", -2.25), evidence("large-2d", 0.0)],
         words: vec![format!("small-1d: {HOSTILE}")],

@@ -5,6 +5,7 @@ pub(super) mod table {
     pub const ATTRIBUTES: &str = "attributes";
     pub const BREAKING_POINTS: &str = "breaking-points";
     pub const CARRIERS: &str = "carriers";
+    pub const CERTAINTY: &str = "certainty";
     pub const CHANNELS: &str = "channels";
     pub const CLASSES: &str = "classes";
     pub const CONFUSION: &str = "confusion";
@@ -28,7 +29,9 @@ pub(super) mod table {
     pub const PUBLISHED: &str = "published";
     pub const RANKS: &str = "ranks";
     pub const SPEED: &str = "speed";
+    pub const SURE: &str = "sure";
     pub const TRAINING: &str = "training";
+    pub const UNKNOWN: &str = "unknown";
     pub const UNSEEN: &str = "unmet-faults";
     pub const WEIGHT_CHANGES: &str = "weight-changes";
 }
@@ -49,7 +52,9 @@ pub(super) mod chart {
     pub const LENGTHS: &str = "lengths";
     pub const MACS: &str = "macs";
     pub const RANGES: &str = "ranges";
+    pub const RELIABILITY: &str = "reliability";
     pub const SIZE: &str = "size";
+    pub const SUREST: &str = "surest";
     pub const TRAINING: &str = "training";
     pub const WEIGHT_CHANGES: &str = "weight-changes";
     pub const WHERE_TIME_GOES: &str = "where-time-goes";

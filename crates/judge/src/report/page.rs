@@ -10,7 +10,7 @@ use taxel_report::pictures::{ArrayPicture, PictureKind, Shown, show};
 use taxel_report::table::Table;
 
 use super::names::{chart as charts, table as tables};
-use super::words::{kind, runs, stress_basis};
+use super::words::{interval_words, kind, runs, stress_basis};
 use crate::error::Result;
 use crate::values::{Choice, Example, Judged, Judgement};
 
@@ -38,6 +38,7 @@ pub(super) fn page(
         ("recommendation", "Recommendation", Some(parts.recommendation())),
         ("speed", &against_speed, Some(parts.speed())),
         ("breaking", "Where they break", Some(parts.breaking())),
+        ("certainty", "How sure they may be", parts.certainty()),
         ("early", "Early decisions", parts.early()),
         ("evidence", "Evidence", parts.evidence()),
         ("details", "Details", Some(parts.details())),
@@ -231,6 +232,21 @@ impl PageParts<'_> {
         }
     }
 
+    fn certainty(&self) -> Option<Markup> {
+        let chart = self.chart(charts::RELIABILITY, tables::CERTAINTY)?;
+        Some(html! {
+            p {
+                "A model that " code { "taxel fit" } " makes of this run divides its logits by the temperature here, which is fitted \
+                 to the test parts. It changes how sure an answer is, never which class it names."
+            }
+            (chart)
+            (self.table(tables::CERTAINTY).unwrap_or_default())
+            (self.chart(charts::SUREST, tables::CERTAINTY).unwrap_or_default())
+            (self.table(tables::SURE).unwrap_or_default())
+            (self.table(tables::UNKNOWN).unwrap_or_default())
+        })
+    }
+
     fn early(&self) -> Option<Markup> {
         let chart = self.chart(charts::EARLY, tables::EARLY)?;
         Some(html! {
@@ -332,12 +348,7 @@ fn facts(judgement: &Judgement) -> Vec<(String, String)> {
         ("Readings".into(), judgement.results.source.to_string()),
         ("Digest of the readings".into(), judgement.results.data_digest.clone()),
         ("Protocol".into(), format!("{}, seed {}", judgement.protocol, judgement.results.seed)),
-        (
-            primary.heading(),
-            "mean over test parts; interval: 95 % bootstrap over groups where there are some, over samples \
-             elsewhere"
-                .into(),
-        ),
+        (primary.heading(), format!("mean over test parts; interval: {}", interval_words(judgement))),
         ("Chance".into(), format!("{}: {}", primary.value(judgement.chance), primary.knowing_nothing())),
         (
             "Latency".into(),

@@ -2,6 +2,7 @@
 
 use taxel_data::{Padding, SourceKind};
 use taxel_learn::NetworkResults;
+use taxel_learn::metrics::FEW_GROUPS;
 
 use crate::values::{Early, Judged, Judgement, Stress};
 
@@ -68,4 +69,24 @@ pub(super) fn early_basis(early: &Early) -> String {
         Padding::Edge => "their last reading",
     };
     format!("the starts of {part} test samples of {ticks} readings, filled up with {filled}")
+}
+
+/// Says what the intervals of scores are made of.
+pub(super) fn interval_words(judgement: &Judgement) -> String {
+    let is_percent = judgement.primary().is_percent();
+    match judgement.networks.iter().filter_map(|n| n.results.interval_groups).max() {
+        Some(groups) => {
+            let few = if groups < FEW_GROUPS { " (too few groups)" } else { "" };
+            let kind = if is_percent { "Wilson's" } else { "a t interval of the logarithm" };
+            format!("95 %, {kind} on as many samples as {groups} groups are worth{few}")
+        }
+        None if is_percent => "95 %, Wilson's over samples".into(),
+        None => "95 %, a t interval of the logarithm over samples".into(),
+    }
+}
+
+/// Says that there are too few groups, where there are.
+pub(super) fn few_groups(judgement: &Judgement) -> Option<String> {
+    let groups = judgement.networks.iter().filter_map(|n| n.results.interval_groups).max()?;
+    (groups < FEW_GROUPS).then(|| format!("too few groups ({groups}) for a sure interval"))
 }

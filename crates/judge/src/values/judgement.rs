@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 use taxel_data::SourceKind;
 use taxel_learn::{Environment, NetworkResults, Results};
 
+use super::certainty::RowCertainty;
 use super::early::Early;
 use super::eight_bits::Changed;
 use super::example::Example;
@@ -37,6 +38,9 @@ pub struct Judgement {
     /// Scores on the starts of samples; none where samples have no time, or where it was not measured.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub early: Option<Early>,
+    /// How far probabilities can be believed, row by row; empty of values.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub certainty: Vec<RowCertainty>,
     /// Some test samples with what networks say about them.
     pub examples: Vec<Example>,
 }

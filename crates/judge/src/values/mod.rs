@@ -2,6 +2,7 @@
 //! how they came about nor how they are shown.
 
 mod across;
+mod certainty;
 mod choice;
 mod contrast;
 mod early;
@@ -15,7 +16,8 @@ mod stress;
 mod survey;
 
 pub use across::{Across, Contest, Friedman};
-pub use choice::{Choice, CostKind, Criteria, Evidence, Test};
+pub use certainty::{RowCertainty, UnknownMeans};
+pub use choice::{COMMON_FAULTS, Choice, CostKind, Criteria, Evidence, Test};
 pub use contrast::Contrast;
 pub use early::{Early, EarlyDecisions, EarlyNetwork, EarlyPoint};
 pub use eight_bits::{Changed, EightBits};

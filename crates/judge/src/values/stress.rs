@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 use taxel_faults::Fault;
+use taxel_learn::certainty::SureAnswers;
 
 use super::primary::Primary;
 
@@ -43,6 +44,9 @@ pub struct Score {
     /// Samples that an encoding refused; they count as wrong, of values as the mean.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub refused: usize,
+    /// Share of the samples that gates of the other folds find unknown, 0 to 1; none without gates.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unknown: Option<f64>,
 }
 
 /// One network under one fault.
@@ -77,6 +81,12 @@ pub struct NetworkStress {
     /// Mean over faults and severities; none of values.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub calibration_error: Option<f64>,
+    /// Answers that are 90 % sure, of clean samples; none of values.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sure: Option<SureAnswers>,
+    /// The same of broken samples, all faults and severities together.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sure_when_broken: Option<SureAnswers>,
     /// The result in words.
     pub verdict: String,
     /// The same with the guard switched the other way, where that was tried.

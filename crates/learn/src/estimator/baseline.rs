@@ -78,6 +78,10 @@ impl Estimator for Baseline {
         matches!(self.method, Method::MiniRocket { .. } | Method::SvmLinear { .. } | Method::SvmRbf { .. })
     }
 
+    fn has_logits(&self) -> bool {
+        matches!(self.method, Method::MiniRocket { .. } | Method::SvmLinear { .. } | Method::SvmRbf { .. })
+    }
+
     fn costs(&self) -> Costs {
         Costs::default()
     }
@@ -199,10 +203,20 @@ impl FittedBaseline {
     /// # Errors
     /// Recordings of another shape, or that are not finite.
     pub fn outputs(&self, recordings: &[f32]) -> Result<Vec<f32>> {
+        let mut outputs = self.decide(recordings)?;
+        self.soften(&mut outputs);
+        Ok(outputs)
+    }
+
+    /// Returns what [`FittedBaseline::soften`] turns into outputs.
+    ///
+    /// # Errors
+    /// As [`FittedBaseline::outputs`].
+    pub fn decide(&self, recordings: &[f32]) -> Result<Vec<f32>> {
         let refuse = |source| Error::Baseline { baseline: self.method.name().into(), source };
         let x = Series::new(recordings, self.shape[0], self.shape[1]).map_err(refuse)?;
         let each: Vec<Vec<f32>> =
-            self.each.iter().map(|fitted| fitted.scores(&x).map_err(refuse)).collect::<Result<_>>()?;
+            self.each.iter().map(|fitted| fitted.decide(&x).map_err(refuse)).collect::<Result<_>>()?;
         let mut rows = vec![];
         for sample in 0..x.len() {
             for (outputs, &size) in each.iter().zip(&self.sizes) {
@@ -212,16 +226,33 @@ impl FittedBaseline {
         Ok(rows)
     }
 
-    /// Makes memory for [`FittedBaseline::predict_one`], one of each method.
+    /// Turns rows of decision values into outputs, in place.
+    pub fn soften(&self, mut decided: &mut [f32]) {
+        for (fitted, &size) in self.each.iter().zip(&self.sizes).cycle() {
+            if decided.len() < size || size == 0 {
+                return;
+            }
+            let (own, rest) = decided.split_at_mut(size);
+            fitted.soften(own);
+            decided = rest;
+        }
+    }
+
+    /// Checks whether it decides by values without bounds.
+    pub fn has_decisions(&self) -> bool {
+        self.each.iter().all(FittedMethod::has_decisions)
+    }
+
+    /// Makes memory for [`FittedBaseline::decide_one`], one of each method.
     pub fn workspaces(&self) -> Vec<Workspace> {
         self.each.iter().map(FittedMethod::workspace).collect()
     }
 
-    /// Computes [`FittedBaseline::outputs`] of one recording; nothing is allocated after the first.
+    /// Computes [`FittedBaseline::decide`] of one recording; nothing is allocated after the first.
     ///
     /// # Errors
     /// A recording of another shape or that is not finite, workspaces of another baseline.
-    pub fn predict_one(
+    pub fn decide_one(
         &self,
         recording: &[f32],
         workspaces: &mut [Workspace],
@@ -231,7 +262,7 @@ impl FittedBaseline {
             let (to, rest) = outputs.split_at_mut(size);
             outputs = rest;
             fitted
-                .predict_one(recording, workspace, to)
+                .decide_one(recording, workspace, to)
                 .map_err(|source| Error::Baseline { baseline: self.method.name().into(), source })?;
         }
         Ok(())
@@ -286,6 +317,21 @@ impl Fitted for FittedBaseline {
 
     fn inputs<'i>(&self, inputs: &'i [Input]) -> Vec<&'i Input> {
         inputs.iter().collect()
+    }
+
+    fn left_out(&self, set: &TrainingSet) -> Result<Option<Vec<f32>>> {
+        let refuse = |source| Error::Baseline { baseline: self.method.name().into(), source };
+        let Targets::Classes { labels, .. } = &set.dataset.targets else { return Ok(None) };
+        let rows = &set.fold.train;
+        let mut values = vec![];
+        set.inputs[0].encoded.gather(rows, &mut values);
+        let train = Series::new(&values, self.shape[0], self.shape[1]).map_err(refuse)?;
+        let [fitted] = self.each.as_slice() else { return Ok(None) };
+        let units: Vec<u32> = match set.units {
+            Some(units) => rows.iter().map(|row| units[*row]).collect(),
+            None => (0..rows.len() as u32).collect(),
+        };
+        fitted.left_out(&train, &labels.of(rows), &units).map_err(refuse)
     }
 
     fn complete(&self, record: FoldRecord) -> Result<FoldRecord> {

@@ -163,6 +163,13 @@ impl Candidate {
         Some(blake3::hash(both.to_string().as_bytes()).to_hex().to_string())
     }
 
+    /// Returns all that its training depends on beside samples and seed.
+    pub fn identity(&self) -> Value {
+        let mut identity = json!({ "network": self.network_digest() });
+        self.estimator.identify(&mut identity);
+        identity
+    }
+
     /// Refuses samples of which it cannot be trained on `samples`.
     ///
     /// # Errors

@@ -78,6 +78,11 @@ pub trait Estimator: Debug + Send + Sync {
     /// Adds all that its training depends on to what identifies a run.
     fn identify(&self, identity: &mut Value);
 
+    /// Checks whether it decides classes by logits.
+    fn has_logits(&self) -> bool {
+        true
+    }
+
     /// Returns itself as a network; none for a baseline.
     fn as_network(&self) -> Option<&Trainable> {
         None
@@ -138,6 +143,15 @@ pub trait Fitted {
 
     /// Returns the inputs of its model, in its order.
     fn inputs<'i>(&self, inputs: &'i [Input]) -> Vec<&'i Input>;
+
+    /// Returns logits of the training samples `[n, outputs]`, each as if its inseparable group had not been learned, where that
+    /// costs no training: of MiniRocket's ridge.
+    ///
+    /// # Errors
+    /// Samples that the method refuses.
+    fn left_out(&self, _set: &TrainingSet) -> Result<Option<Vec<f32>>> {
+        Ok(None)
+    }
 
     /// Adds what happened in training to the record of a fold.
     ///

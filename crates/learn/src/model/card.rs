@@ -13,15 +13,16 @@ use taxel_data::{SampleSpec, Source, Task};
 use taxel_graph::{Graph, Loss};
 use taxel_guard::Guard;
 
+use crate::certainty::Certainty;
 use crate::encoding::Transform;
 use crate::metrics::{Levels, Metric, Scores, metrics};
 use crate::model::ranges::Ranges;
 use crate::run::protocol::Protocol;
 use crate::training::recipe::Recipe;
 
-/// Number of the format of model files that this version writes: 3. It reads 1, and 2, which was that of models in eight
-/// bits.
-pub const FORMAT: u32 = 3;
+/// Number of the format of model files that this version writes: 4. It reads 1, 2, which was that of models in eight bits,
+/// and 3, whose models are not calibrated.
+pub const FORMAT: u32 = 4;
 
 /// Everything that a model says about itself.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -60,6 +61,9 @@ pub struct Card {
     /// How its recipe scored on samples that it had not seen; none where that was not measured.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub score: Option<Score>,
+    /// How its probabilities are brought to what they say; none of values, and of a model that is not calibrated.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub certainty: Option<Certainty>,
     /// BLAKE3 of the tensors in order of their names: name, shape, values.
     pub tensors: String,
 }
@@ -160,10 +164,13 @@ pub struct Score {
     /// Sample standard deviation (n - 1) over folds, by metric.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sd: Option<Scores>,
-    /// 95 % bootstrap interval of the primary metric.
+    /// 95 % interval of the primary metric.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub interval: Option<[f64; 2]>,
 }
+
+/// Says that nothing is known of the probabilities of a model.
+const NOT_CALIBRATED: &str = "not calibrated: its probabilities may be too high or too low";
 
 impl Card {
     /// Returns the sizes of the attributes, whose outputs lie one after the other; none of values.
@@ -206,6 +213,10 @@ impl fmt::Display for Card {
             Some(score) => score.words(&self.task),
         };
         line(f, "scored", score)?;
+        if !self.levels().sizes().is_empty() {
+            let words = self.certainty.as_ref().map_or(NOT_CALIBRATED.into(), ToString::to_string);
+            line(f, "certainty", words)?;
+        }
         let commit = self.commit.as_ref().map_or(String::new(), |commit| format!(" at {commit}"));
         line(f, "written by", format!("taxel {}{commit}, format {}", self.taxel, self.format))
     }

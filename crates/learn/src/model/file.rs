@@ -13,6 +13,7 @@ use super::digest::digest;
 use super::multiplied::multiplied;
 use super::predictions::Predictions;
 use super::predictor::Predictor;
+use crate::certainty::Certainty;
 use crate::error::{Error, Result};
 use crate::estimator::baseline::FittedBaseline;
 use crate::problem::within;
@@ -125,6 +126,11 @@ impl Model {
         Model { card: Card { score, ..self.card }, ..self }
     }
 
+    /// Returns the same model with probabilities that say what they mean, or as the method answers by itself.
+    pub fn with_certainty(self, certainty: Option<Certainty>) -> Self {
+        Model { card: Card { certainty, format: FORMAT, ..self.card }, ..self }
+    }
+
     /// Opens the model for many samples, at most `batch` at a time on each of `threads` threads. Predictions depend
     /// on neither; a network's are those of its own test, bit for bit.
     ///
@@ -234,6 +240,16 @@ fn check_reading(card: &Card) -> std::result::Result<(), String> {
     let (layout, shape) = (card.spec.layout, &card.spec.shape);
     if !layout.fits(shape) {
         return Err(format!("its card says that a {layout} reading has shape {shape:?}, which none has"));
+    }
+    if let Some(Certainty { temperature, tenths, seen, .. }) = &card.certainty {
+        seen.as_ref().map_or(Ok(()), |seen| seen.check(card.levels().sizes()))?;
+        let is_none = |temperature: &&f64| !(temperature.is_finite() && **temperature > 0.0);
+        if let Some(temperature) = tenths.iter().chain([temperature]).find(is_none) {
+            return Err(format!("its card says a temperature of {temperature}, which none is"));
+        }
+        if !matches!(tenths.len(), 0 | 10) {
+            return Err(format!("its card says temperatures of {} tenths", tenths.len()));
+        }
     }
     let guarded = card.guard.as_ref().map_or(Ok(()), |guard| guard.check(layout, shape));
     guarded.map_err(|reason| format!("its card does not hold together: {reason}"))

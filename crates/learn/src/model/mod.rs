@@ -1,5 +1,6 @@
 //! A model in one file: what was trained, what it reads, what it predicts, and how well.
 
+mod calibrate;
 mod card;
 mod digest;
 mod file;

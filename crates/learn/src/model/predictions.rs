@@ -15,6 +15,10 @@ pub struct Predictions {
     pub outputs: Vec<f32>,
     /// The likeliest class or level of each attribute, `[n, attributes]`; none of values.
     pub labels: Vec<u32>,
+    /// The familiarity of each sample: the share of held-out samples that were at least as far from what the model has
+    /// learned, 0.01..1. None of a model without a gate.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub familiarity: Option<Vec<f32>>,
     samples: usize,
 }
 
@@ -30,13 +34,13 @@ pub struct Prediction<'a> {
 }
 
 impl Predictions {
-    pub(super) fn new(task: Task, outputs: Vec<f32>) -> Self {
+    pub(super) fn new(task: Task, outputs: Vec<f32>, familiarity: Option<Vec<f32>>) -> Self {
         let labels = match task {
             Task::Classes(_) | Task::Levels(_) => Levels::of_task(&task).predicted(&outputs),
             Task::Values(_) => vec![],
         };
         let samples = outputs.len() / task.outputs().max(1);
-        Predictions { task, outputs, labels, samples }
+        Predictions { task, outputs, labels, familiarity, samples }
     }
 
     /// Returns the number of samples.
@@ -78,6 +82,12 @@ impl Predictions {
             outputs = &outputs[classes.len()..];
         }
         predictions
+    }
+
+    /// Checks whether sample `i` is unlike those that the model has learned from: its familiarity is at most `limit`. Of held-out
+    /// samples such a share is.
+    pub fn is_unknown(&self, i: usize, limit: f32) -> bool {
+        self.familiarity.as_ref().is_some_and(|all| all[i] <= limit)
     }
 
     /// Returns the likeliest class of sample `i`, of several attributes the first one's; the empty text for values.

@@ -10,6 +10,7 @@ use super::card::{Card, ModelInput};
 use super::predictions::Predictions;
 use super::ready::{Ready, open};
 use super::workspace::Workspace;
+use crate::certainty::{Seen, tempered};
 use crate::encoding::{Transform, mended};
 use crate::error::{Error, Result};
 
@@ -28,6 +29,8 @@ pub struct Predictor {
     card: Card,
     guard: Option<Arc<Guard>>,
     outputs: usize,
+    /// Classes of each attribute; none of values.
+    sizes: Vec<usize>,
     method: Box<dyn Ready>,
 }
 
@@ -35,7 +38,8 @@ impl Predictor {
     pub(super) fn new(card: &Card, weights: &Weights, batch: usize, threads: usize) -> Result<Self> {
         let method = open(card, weights, batch, threads)?;
         let guard = card.guard.clone().map(Arc::new);
-        Ok(Predictor { outputs: card.task.outputs(), card: card.clone(), guard, method })
+        let sizes = card.levels().sizes().to_vec();
+        Ok(Predictor { outputs: card.task.outputs(), sizes, card: card.clone(), guard, method })
     }
 
     /// Returns the same predictor with another guard, or without one, whatever the model's card says.
@@ -143,6 +147,21 @@ impl Predictor {
         self.decide(workspace)
     }
 
+    /// Predicts as [`Predictor::predict_one`] a sample of which the share `seen`, above 0 and at most 1, is there and the rest was
+    /// filled up: as sure as such beginnings are right.
+    ///
+    /// # Errors
+    /// As [`Predictor::predict_one`].
+    pub fn predict_start<'w>(
+        &self,
+        workspace: &'w mut Workspace,
+        reading: &[f32],
+        seen: f64,
+    ) -> Result<&'w [f32]> {
+        self.read(workspace, reading)?;
+        self.decide_at(workspace, seen)
+    }
+
     /// Runs the first half of [`Predictor::predict_one`]: one raw sample to the model's inputs.
     ///
     /// # Errors
@@ -168,14 +187,32 @@ impl Predictor {
     /// # Errors
     /// A workspace of another model.
     pub fn decide<'w>(&self, workspace: &'w mut Workspace) -> Result<&'w [f32]> {
-        let Workspace { inputs, memory, probabilities, .. } = workspace;
-        if probabilities.len() != self.outputs {
+        self.decide_at(workspace, 1.0)
+    }
+
+    fn decide_at<'w>(&self, workspace: &'w mut Workspace, seen: f64) -> Result<&'w [f32]> {
+        let Workspace { inputs, memory, logits, probabilities, .. } = workspace;
+        if logits.len() != self.outputs || !self.method.decide_one(inputs, memory, logits)? {
             return Err(self.refuse("the workspace is of another model".into()));
         }
-        if !self.method.predict_one(inputs, memory, probabilities)? {
-            return Err(self.refuse("the workspace is of another model".into()));
-        }
+        probabilities.copy_from_slice(logits);
+        self.method.finish(probabilities);
+        self.temper(probabilities, seen);
         Ok(&workspace.probabilities)
+    }
+
+    /// Returns the familiarity of the last sample of a workspace, of which the share `seen` was there: the share of held-out
+    /// samples that were at least as far from what the model has learned, 0.01..1. None of a model without a gate. Nothing is
+    /// allocated.
+    pub fn familiarity(&self, workspace: &mut Workspace, seen: f64) -> Option<f32> {
+        let gate = self.gate()?;
+        let Workspace { logits, scratch, .. } = workspace;
+        if logits.len() == self.outputs { gate.familiarity(logits, seen, scratch) } else { None }
+    }
+
+    /// Returns the gate of the card.
+    fn gate(&self) -> Option<&Seen> {
+        self.card.certainty.as_ref()?.seen.as_ref()
     }
 
     /// Selects the channels that the model was trained on, of whole recordings. Checks that samples are of the model's shape
@@ -216,6 +253,15 @@ impl Predictor {
     /// # Errors
     /// Inputs of another number or shape.
     pub fn predict_encoded(&self, inputs: &[ArrayD<f32>]) -> Result<Vec<f32>> {
+        Ok(self.finished(self.logits_encoded(inputs)?))
+    }
+
+    /// Turns encoded samples into logits `[n, outputs]`, row-major: decision values of MiniRocket and the SVMs, of values and of
+    /// the other baselines what they predict.
+    ///
+    /// # Errors
+    /// As [`Predictor::predict_encoded`].
+    pub fn logits_encoded(&self, inputs: &[ArrayD<f32>]) -> Result<Vec<f32>> {
         let n = inputs.first().map_or(0, |x| x.len_of(Axis(0)));
         if let Some(x) = inputs.iter().find(|x| x.len_of(Axis(0)) != n) {
             let expected = "as many samples in every input".to_string();
@@ -225,7 +271,22 @@ impl Predictor {
         let standard: Vec<_> = inputs.iter().map(|x| x.as_standard_layout()).collect();
         #[expect(clippy::expect_used, reason = "standard layout is one slice")]
         let values: Vec<&[f32]> = standard.iter().map(|x| x.as_slice().expect("standard layout")).collect();
-        self.method.predict(&values, n)
+        self.method.decide(&values, n)
+    }
+
+    /// Turns rows of logits into probabilities as sure as the card says, or into values.
+    pub fn finished(&self, mut logits: Vec<f32>) -> Vec<f32> {
+        self.method.finish(&mut logits);
+        self.temper(&mut logits, 1.0);
+        logits
+    }
+
+    /// Divides the logits of probabilities by the temperature of the card for samples of which the share `seen` is there, if it
+    /// has one.
+    fn temper(&self, outputs: &mut [f32], seen: f64) {
+        if let Some(temperature) = self.card.certainty.as_ref().and_then(|certainty| certainty.at(seen)) {
+            tempered(outputs, &self.sizes, temperature);
+        }
     }
 
     /// Predicts raw samples `[n, ..]`.
@@ -233,12 +294,27 @@ impl Predictor {
     /// # Errors
     /// As [`Predictor::encode`] and [`Predictor::predict_encoded`].
     pub fn predict(&self, x: &RawSamples) -> Result<Predictions> {
+        let logits = self.logits(x)?;
+        let mut scratch = vec![];
+        let mut of_rows = |gate: &Seen| -> Option<Vec<f32>> {
+            let rows = logits.chunks_exact(self.outputs);
+            rows.map(|row| gate.familiarity(row, 1.0, &mut scratch)).collect()
+        };
+        let familiarity = self.gate().and_then(&mut of_rows);
+        Ok(Predictions::new(self.card.task.clone(), self.finished(logits), familiarity))
+    }
+
+    /// Computes the logits `[n, outputs]` of raw samples `[n, ..]`, as [`Predictor::logits_encoded`] does.
+    ///
+    /// # Errors
+    /// As [`Predictor::predict`].
+    pub fn logits(&self, x: &RawSamples) -> Result<Vec<f32>> {
         let kept = self.kept(x)?;
         let n = kept.len_of(Axis(0));
         let each = (kept.len() / n).max(1);
         // Samples are read where they lie, and only some of them stand encoded at a time.
         let step = (PIECE / each).max(LEAST);
-        let mut probabilities = Vec::with_capacity(n * self.outputs);
+        let mut logits = Vec::with_capacity(n * self.outputs);
         for first in (0..n).step_by(step) {
             let piece = kept.slice_axis(Axis(0), Slice::from(first..(first + step).min(n)));
             let inputs = match self.encode_checked(&piece) {
@@ -246,8 +322,13 @@ impl Predictor {
                 // The message that numbers the samples from the first.
                 Err(error) => return Err(self.encode_checked(&kept).err().unwrap_or(error)),
             };
-            probabilities.extend(self.predict_encoded(&inputs)?);
+            logits.extend(self.logits_encoded(&inputs)?);
         }
-        Ok(Predictions::new(self.card.task.clone(), probabilities))
+        Ok(logits)
+    }
+
+    /// Checks whether classes are decided by logits: not by k-NN and the majority.
+    pub fn has_logits(&self) -> bool {
+        !self.sizes.is_empty() && self.method.has_logits()
     }
 }

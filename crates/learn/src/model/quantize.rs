@@ -17,6 +17,8 @@ impl Model {
     /// Returns the same network in eight bits. `x` are raw samples `[n, ..]` like those that it will predict, best
     /// some that it has learned from; at most 512 are looked at, evenly thinned out. `digest` says which they are.
     ///
+    /// A calibrated model stays so: the temperature is fitted again, to what the model in floats says of these samples.
+    ///
     /// A value reaches from the least to the largest that was seen: clipping at a percentile saves steps, but cuts off
     /// the strongest contacts, which are rare in tactile recordings.
     ///
@@ -58,8 +60,13 @@ impl Model {
         let quantized =
             Quantized { bits: 8, digest: digest.into(), samples: rows.len(), ranges: observer.ranges() };
         // What was measured, was measured in floats.
-        let card = Card { quantized: Some(quantized), score: None, ..card.clone() };
-        Ok(Model::new(card, weights))
+        let card = Card { quantized: Some(quantized), score: None, certainty: None, ..card.clone() };
+        let plain = Model::new(card, weights);
+        let Some(certainty) = self.card().certainty.clone() else { return Ok(plain) };
+        let seen = x.select(Axis(0), &rows);
+        let (own, wanted) = (plain.predict(&seen)?.outputs, self.predict(&seen)?.outputs);
+        let certainty = certainty.matched(&own, &wanted, self.card().levels().sizes());
+        Ok(plain.with_certainty(Some(certainty)))
     }
 
     /// Returns the same model under another name.

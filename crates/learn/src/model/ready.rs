@@ -14,18 +14,24 @@ pub(crate) trait Ready: Send + Sync {
     /// Makes memory for one thread that predicts sample by sample.
     fn memory(&self) -> ModelMemory;
 
-    /// Predicts one encoded sample; false for the memory of another model. Nothing is allocated after the first.
+    /// Computes the logits of one encoded sample; false for the memory of another model. Nothing is allocated after the
+    /// first.
     ///
     /// # Errors
     /// Inputs of another length, or that are not finite.
-    fn predict_one(&self, inputs: &[Vec<f32>], memory: &mut ModelMemory, outputs: &mut [f32])
-    -> Result<bool>;
+    fn decide_one(&self, inputs: &[Vec<f32>], memory: &mut ModelMemory, logits: &mut [f32]) -> Result<bool>;
 
-    /// Predicts `n` encoded samples: outputs `[n, outputs]`, row-major.
+    /// Computes the logits `[n, outputs]` of `n` encoded samples, row-major.
     ///
     /// # Errors
     /// Inputs of another number or length.
-    fn predict(&self, inputs: &[&[f32]], n: usize) -> Result<Vec<f32>>;
+    fn decide(&self, inputs: &[&[f32]], n: usize) -> Result<Vec<f32>>;
+
+    /// Turns rows of logits into probabilities or values, in place.
+    fn finish(&self, logits: &mut [f32]);
+
+    /// Checks whether they are logits, and not what `finish` gives.
+    fn has_logits(&self) -> bool;
 }
 
 /// Opens the method of a card with its tensors, to predict up to `batch` samples at a time on each of `threads` threads.
@@ -58,12 +64,7 @@ impl Ready for ReadyNetwork {
         ModelMemory::Network(Box::new(self.responder.frozen().workspace()))
     }
 
-    fn predict_one(
-        &self,
-        inputs: &[Vec<f32>],
-        memory: &mut ModelMemory,
-        outputs: &mut [f32],
-    ) -> Result<bool> {
+    fn decide_one(&self, inputs: &[Vec<f32>], memory: &mut ModelMemory, logits: &mut [f32]) -> Result<bool> {
         let ModelMemory::Network(memory) = memory else { return Ok(false) };
         let mut few: [&[f32]; 2] = [&[]; 2];
         let many: Vec<&[f32]>;
@@ -77,15 +78,20 @@ impl Ready for ReadyNetwork {
                 &many
             }
         };
-        outputs.copy_from_slice(self.responder.frozen().predict(memory, slices)?);
-        probabilities(self.loss, self.outputs, outputs);
+        logits.copy_from_slice(self.responder.frozen().predict(memory, slices)?);
         Ok(true)
     }
 
-    fn predict(&self, inputs: &[&[f32]], n: usize) -> Result<Vec<f32>> {
-        let mut outputs = self.responder.predict(inputs, n)?;
-        probabilities(self.loss, self.outputs, &mut outputs);
-        Ok(outputs)
+    fn decide(&self, inputs: &[&[f32]], n: usize) -> Result<Vec<f32>> {
+        self.responder.predict(inputs, n)
+    }
+
+    fn finish(&self, logits: &mut [f32]) {
+        probabilities(self.loss, self.outputs, logits);
+    }
+
+    fn has_logits(&self) -> bool {
+        true
     }
 }
 
@@ -99,20 +105,23 @@ impl Ready for ReadyBaseline {
         ModelMemory::Baseline(self.fitted.workspaces())
     }
 
-    fn predict_one(
-        &self,
-        inputs: &[Vec<f32>],
-        memory: &mut ModelMemory,
-        outputs: &mut [f32],
-    ) -> Result<bool> {
+    fn decide_one(&self, inputs: &[Vec<f32>], memory: &mut ModelMemory, logits: &mut [f32]) -> Result<bool> {
         let (ModelMemory::Baseline(memory), [series]) = (memory, inputs) else { return Ok(false) };
-        self.fitted.predict_one(series, memory, outputs)?;
+        self.fitted.decide_one(series, memory, logits)?;
         Ok(true)
     }
 
-    fn predict(&self, inputs: &[&[f32]], _n: usize) -> Result<Vec<f32>> {
+    fn finish(&self, logits: &mut [f32]) {
+        self.fitted.soften(logits);
+    }
+
+    fn has_logits(&self) -> bool {
+        self.fitted.has_decisions()
+    }
+
+    fn decide(&self, inputs: &[&[f32]], _n: usize) -> Result<Vec<f32>> {
         match inputs {
-            [series] => self.fitted.outputs(series),
+            [series] => self.fitted.decide(series),
             _ => {
                 let (model, expected) = (self.name.clone(), "one input".to_string());
                 Err(Error::Samples { model, expected, given: format!("{} are given", inputs.len()) })

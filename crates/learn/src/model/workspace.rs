@@ -14,7 +14,11 @@ pub struct Workspace {
     pub(super) inputs: Vec<Vec<f32>>,
     pub(super) memory: ModelMemory,
     /// Of the last prediction.
+    pub(super) logits: Vec<f32>,
+    /// Of the last prediction.
     pub(super) probabilities: Vec<f32>,
+    /// Of the gate.
+    pub(super) scratch: Vec<f64>,
 }
 
 /// A guard, and the last reading as it hands it on.
@@ -52,7 +56,16 @@ impl Workspace {
             let reading = vec![0.0; watch.guard().shape().iter().product()];
             Mended { reading, watch }
         });
-        Workspace { guard, encoders, inputs, memory, probabilities: vec![0.0; outputs] }
+        let (logits, probabilities) = (vec![0.0; outputs], vec![0.0; outputs]);
+        Workspace {
+            guard,
+            encoders,
+            inputs,
+            memory,
+            logits,
+            probabilities,
+            scratch: Vec::with_capacity(2 * outputs),
+        }
     }
 
     /// Returns the findings of the guard in the last sample; nothing without a guard.

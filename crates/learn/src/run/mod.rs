@@ -18,3 +18,4 @@ pub(crate) mod results;
 pub(crate) mod run;
 pub(crate) mod run_models;
 pub(crate) mod tensorboard;
+pub(crate) mod unknown;

@@ -140,6 +140,11 @@ impl Protocol {
         }
     }
 
+    /// Checks whether a group (session, object) is never on both sides of a cut.
+    pub fn keeps_groups(&self) -> bool {
+        matches!(self, Protocol::LeaveGroupOut { .. }) || self.split() == Split::Group
+    }
+
     fn split(&self) -> Split {
         match self {
             Protocol::KFold { split, .. }

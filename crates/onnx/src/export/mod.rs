@@ -2,8 +2,11 @@
 
 mod emit;
 mod front;
+mod gate;
 mod model;
 mod sink;
+mod value;
 
 pub use front::{Front, FrontStep};
-pub use model::{Export, IR_VERSION, OPSET, PROBABILITIES, to_bytes, write};
+pub use gate::{DISTANCE, DISTANCES, GatePlace};
+pub use model::{Export, IR_VERSION, OPSET, PROBABILITIES, TEMPERATURE, Tempering, to_bytes, write};

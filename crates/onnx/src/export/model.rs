@@ -8,9 +8,11 @@ use taxel_graph::{Graph, Loss, Op, Weights};
 
 use super::emit::Emit;
 use super::front::Front;
+use super::gate::{GatePlace, distance};
 use super::sink::{Sink, int};
+use super::value::info;
 use crate::error::{Cause, Error, Result};
-use crate::proto::{self, Dimension, Entry, Opset, Shape, TensorType, Type, ValueInfo, dtype};
+use crate::proto::{self, Entry, Opset, ValueInfo};
 
 /// Version of ONNX's operations that is written: the first with all that taxel needs and a state of the art.
 pub const OPSET: i64 = 17;
@@ -19,6 +21,8 @@ pub const IR_VERSION: i64 = 8;
 
 /// Name of the output that follows from the logits and the loss.
 pub const PROBABILITIES: &str = "probabilities";
+/// Key of the fact that says the temperature of the probabilities; a file without it has those of its loss.
+pub const TEMPERATURE: &str = "taxel.temperature";
 
 /// Largest model: protobuf's limit, in bytes.
 const LARGEST: usize = i32::MAX as usize;
@@ -32,6 +36,10 @@ pub struct Export<'a> {
     pub weights: &'a Weights,
     /// The loss that its first output was trained for: a second one, `probabilities`, follows from it. Default none.
     pub loss: Option<Loss>,
+    /// How sure the probabilities are; none where they are those of the loss.
+    pub tempering: Option<Tempering>,
+    /// The gate of each attribute behind the first output, whose output is [`DISTANCE`](super::DISTANCE). Default none.
+    pub gate: Vec<GatePlace>,
     /// Of each input, how raw readings become it; none, and past the end, where it is taken as it is.
     pub readings: Vec<Option<Front>>,
     /// Text for people.
@@ -43,8 +51,26 @@ pub struct Export<'a> {
 impl<'a> Export<'a> {
     /// Makes an export of the bare network.
     pub fn new(graph: &'a Graph, weights: &'a Weights) -> Self {
-        Export { graph, weights, loss: None, readings: vec![], about: String::new(), facts: vec![] }
+        Export {
+            graph,
+            weights,
+            loss: None,
+            tempering: None,
+            gate: vec![],
+            readings: vec![],
+            about: String::new(),
+            facts: vec![],
+        }
     }
+}
+
+/// The temperature of a softmax over the logarithms of probabilities.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tempering {
+    /// Divides the logarithms; above 0.
+    pub temperature: f64,
+    /// Classes of each attribute, whose outputs lie one after the other.
+    pub sizes: Vec<usize>,
 }
 
 /// Writes the model, under a temporary name first: a reader never sees half a file. Equal networks give equal bytes.
@@ -115,6 +141,7 @@ fn graph(export: &Export) -> std::result::Result<proto::Graph, Cause> {
     let mut infos: Vec<ValueInfo> =
         outputs.iter().map(|(name, id)| info(name, &nodes[*id].shape, None)).collect();
     infos.extend(probabilities(export, &mut sink));
+    infos.extend(outputs.first().and_then(|(logits, _)| distance(&export.gate, logits, &mut sink)));
     Ok(proto::Graph {
         nodes: sink.nodes,
         name: Some(graph.name().into()),
@@ -163,26 +190,43 @@ fn probabilities(export: &Export, sink: &mut Sink) -> Option<ValueInfo> {
     if !sink.take(PROBABILITIES) {
         return None;
     }
+    let plain = match &export.tempering {
+        Some(_) => sink.fresh(&format!("{PROBABILITIES}/plain")),
+        None => PROBABILITIES.into(),
+    };
     match loss {
-        Loss::SoftmaxCrossEntropy => sink.put("Softmax", &[logits], PROBABILITIES, vec![int("axis", 1)]),
-        Loss::MultiLabelSoftMargin | Loss::Hinge => sink.put("Sigmoid", &[logits], PROBABILITIES, vec![]),
+        Loss::SoftmaxCrossEntropy => sink.put("Softmax", &[logits], &plain, vec![int("axis", 1)]),
+        Loss::MultiLabelSoftMargin | Loss::Hinge => sink.put("Sigmoid", &[logits], &plain, vec![]),
         Loss::MeanSquaredError => {
             let [low, high] = [0.0, 1.0].map(|end| sink.floats("probabilities/end", &[], &[end]));
-            sink.put("Clip", &[logits, &low, &high], PROBABILITIES, vec![]);
+            sink.put("Clip", &[logits, &low, &high], &plain, vec![]);
         }
+    }
+    if let Some(tempering) = &export.tempering {
+        temper(tempering, &plain, sink);
     }
     Some(info(PROBABILITIES, shape, None))
 }
 
-/// Describes a value of any number of samples.
-fn info(name: &str, shape: &[usize], what: Option<&str>) -> ValueInfo {
-    let batch = Dimension { size: None, name: Some("batch".into()) };
-    let sizes = shape.iter().map(|&size| Dimension { size: Some(size as i64), name: None });
-    let dims = std::iter::once(batch).chain(sizes).collect();
-    let tensor = TensorType { dtype: Some(dtype::FLOAT), shape: Some(Shape { dims }) };
-    ValueInfo {
-        name: Some(name.into()),
-        kind: Some(Type { tensor: Some(tensor) }),
-        doc: what.map(String::from),
+/// Divides the logarithms of probabilities by the temperature, attribute by attribute.
+fn temper(tempering: &Tempering, plain: &str, sink: &mut Sink) {
+    let name = |part: &str| format!("{PROBABILITIES}/{part}");
+    let least = sink.floats(&name("least"), &[], &[f32::MIN_POSITIVE]);
+    let inverse = sink.floats(&name("inverse"), &[], &[(1.0 / tempering.temperature) as f32]);
+    let above = sink.step("Clip", &[plain, &least], &name("above"), vec![]);
+    let logarithm = sink.step("Log", &[&above], &name("logarithm"), vec![]);
+    let scaled = sink.step("Mul", &[&logarithm, &inverse], &name("scaled"), vec![]);
+    if tempering.sizes.len() == 1 {
+        return sink.put("Softmax", &[&scaled], PROBABILITIES, vec![int("axis", 1)]);
     }
+    let axis = sink.ints(&name("axis"), &[1]);
+    let (mut start, mut parts) = (0, vec![]);
+    for size in &tempering.sizes {
+        let ends = [start, start + *size as i64].map(|end| sink.ints(&name("end"), &[end]));
+        let part = sink.step("Slice", &[&scaled, &ends[0], &ends[1], &axis], &name("part"), vec![]);
+        parts.push(sink.step("Softmax", &[&part], &name("softmax"), vec![int("axis", 1)]));
+        start += *size as i64;
+    }
+    let parts: Vec<&str> = parts.iter().map(String::as_str).collect();
+    sink.put("Concat", &parts, PROBABILITIES, vec![int("axis", 1)]);
 }

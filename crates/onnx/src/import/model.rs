@@ -16,6 +16,7 @@ use super::work::Importer;
 use super::{ints, nodes};
 use crate::bounds;
 use crate::error::{Cause, Error, Result};
+use crate::export::{DISTANCE, PROBABILITIES, TEMPERATURE};
 use crate::proto::{self, ValueInfo, dtype};
 
 /// Versions of ONNX's operations that are read.
@@ -58,13 +59,18 @@ pub fn from_bytes(bytes: Vec<u8>, name: &str, folder: Option<&Path>) -> std::res
         return Err(Cause::NotOnnx("it holds no graph".into()));
     };
     version(&model.opsets)?;
+    let mut notes = vec![];
+    if model.facts.iter().any(|fact| fact.key.as_deref() == Some(TEMPERATURE)) {
+        leave_out_probabilities(&mut graph);
+        notes.push("temperature and gate are left out: fit or calibrate a model anew".into());
+    }
     let mut stored = StoredTensors::new(folder, length);
     let tensors: Vec<proto::Tensor> = std::mem::take(&mut graph.initializers);
     let names: Vec<String> = tensors.iter().map(|tensor| tensor.name.clone().unwrap_or_default()).collect();
     let constants: Vec<ImportedValue> =
         tensors.into_iter().map(|tensor| ints::stored(&mut stored, tensor)).collect();
     let (draft, values) = (Draft::new(), HashMap::new());
-    let mut work = Importer { draft, stored, values, uses: HashMap::new(), batch: None, notes: vec![] };
+    let mut work = Importer { draft, stored, values, uses: HashMap::new(), batch: None, notes };
     work.values.extend(names.iter().map(String::as_str).zip(constants));
     let reads = graph.nodes.iter().flat_map(|node| &node.inputs);
     for name in reads.chain(graph.outputs.iter().filter_map(|output| output.name.as_ref())) {
@@ -82,6 +88,18 @@ pub fn from_bytes(bytes: Vec<u8>, name: &str, folder: Option<&Path>) -> std::res
     let (graph, weights) = draft.finish(name, &outputs)?;
     weights.refuse_unsound()?;
     Ok(Imported { graph, weights, notes })
+}
+
+/// Takes away what taxel's export adds behind the first output of a calibrated model.
+fn leave_out_probabilities(graph: &mut proto::Graph) {
+    let is_of_them = |name: &String| {
+        let is_behind = |output: &str| {
+            name.strip_prefix(output).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
+        };
+        is_behind(PROBABILITIES) || is_behind(DISTANCE)
+    };
+    graph.nodes.retain(|node| !node.outputs.iter().any(is_of_them));
+    graph.outputs.retain(|output| !output.name.as_ref().is_some_and(is_of_them));
 }
 
 fn version(opsets: &[proto::Opset]) -> std::result::Result<(), Cause> {

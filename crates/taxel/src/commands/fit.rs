@@ -5,8 +5,10 @@ use std::process::ExitCode;
 
 use clap::Args;
 use taxel::experiment::{Runner, settings};
-use taxel::judge::Case;
-use taxel::learn::Score;
+use taxel::judge::{Case, Judgement, held_out};
+use taxel::learn::certainty::{Certainty, HeldOut, HeldOutParts};
+use taxel::learn::metrics::Levels;
+use taxel::learn::{Results, Score};
 use taxel::{Dataset, Experiment, Overrides, ReadOptions, Registry, RunFolder, RunOptions};
 
 use crate::CommandResult;
@@ -54,6 +56,9 @@ pub struct Fit {
     /// recordings and replaces their values by those that the training recordings make likely.
     #[arg(long)]
     guard: bool,
+    /// Leaves the probabilities as the method answers by itself, in place of fitting them to the test parts of the run.
+    #[arg(long)]
+    no_calibration: bool,
     /// Seed of every random choice [default: the config's].
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
@@ -74,6 +79,8 @@ struct Training {
     name: String,
     /// Cross-validated score of the run, if it belongs to this training.
     score: Option<Score>,
+    /// How sure the model may be, by the predictions of the run.
+    certainty: Option<Certainty>,
     /// Whether the model is made in eight bits afterwards.
     quantized: bool,
 }
@@ -84,7 +91,7 @@ impl Fit {
         let registry = Registry::built_in();
         check_model_output(&self.output)?;
         let training = if self.from.is_dir() { self.of_run(&registry)? } else { self.of_config(&registry)? };
-        let Training { experiment, dataset, name, score, quantized } = training;
+        let Training { experiment, dataset, name, score, certainty, quantized } = training;
         detail(format!("{name} on {} samples, digest {}", dataset.x.shape()[0], dataset.digest));
         let runner = Runner { experiment: &experiment, registry: &registry, dataset: &dataset };
         let threads = Some(self.threads.count()?);
@@ -101,7 +108,14 @@ impl Fit {
             return Ok(ExitCode::from(INTERRUPTED));
         };
         let model = if quantized { model.quantized(&dataset.x, &dataset.digest)? } else { model };
-        let model = model.with_score(score);
+        // What the run measured counts before what the method says of its own samples.
+        let own = model.card().certainty.clone();
+        let certainty = certainty.or(own).filter(|_| !self.no_calibration);
+        let model = model.with_score(score).with_certainty(None);
+        let model = match certainty {
+            Some(certainty) => model.with_certainty_of(certainty, &dataset)?,
+            None => model,
+        };
         model.save(&self.output)?;
         taxel::learn::forget(&session)?;
         if self.format.is_json() {
@@ -137,7 +151,7 @@ impl Fit {
             }
         };
         let dataset = experiment.dataset().map_err(|e| with_option_hint(e, None))?;
-        Ok(Training { dataset, experiment, name, score: None, quantized: false })
+        Ok(Training { dataset, experiment, name, score: None, certainty: None, quantized: false })
     }
 
     /// Returns the training of a run: the network that is named, or that suffices.
@@ -167,8 +181,55 @@ impl Fit {
         // A score belongs to the recordings and the recipe that it was measured with.
         let same = results.is_of(&dataset) && !self.quick && self.set.is_empty() && !self.guard;
         let score = found.filter(|_| same).and_then(|result| results.score(&result.network));
+        let certainty = match found.filter(|_| same && !self.no_calibration) {
+            Some(result) => self.certainty(&folder, &results, &result.network, &dataset)?,
+            None => None,
+        };
         let quantized = floats.is_some();
-        Ok(Training { experiment, dataset, name, score, quantized })
+        Ok(Training { experiment, dataset, name, score, certainty, quantized })
+    }
+
+    /// Fits how sure a row may be to the predictions of its test parts.
+    fn certainty(
+        &self,
+        folder: &RunFolder,
+        results: &Results,
+        row: &str,
+        dataset: &Dataset,
+    ) -> Result<Option<Certainty>, Box<dyn std::error::Error>> {
+        let mut records = vec![];
+        for key in folder.keys()?.iter().filter(|key| key.network == row) {
+            records.extend(folder.record(key)?);
+        }
+        let Some(held) = HeldOut::of_folds(&records, dataset) else { return Ok(None) };
+        let parts = if results.protocol.keeps_groups() { HeldOutParts::Groups } else { HeldOutParts::Mixed };
+        let levels = Levels::of_task(&results.task);
+        let certainty = Certainty::fit(&held, &levels, parts, &dataset.digest, results.seed)?;
+        let Some(certainty) = certainty else {
+            let held = held.len();
+            note(format!("not calibrated: the run has {held} predictions of {row}, and 30 are needed"));
+            return Ok(None);
+        };
+        // What needs the models of the folds, if they are there.
+        let case = Case::new(folder.clone(), dataset.clone());
+        let threads = self.threads.count()?;
+        let found = case.and_then(|case| Ok((held_out(&case, row, threads)?, Judgement::read(&case)?)));
+        let (held, judgement) = match found {
+            Ok(found) => found,
+            Err(error) => {
+                note(format!(
+                    "early decisions are not calibrated, and nothing is answered as unknown: {error}"
+                ));
+                (None, None)
+            }
+        };
+        let certainty = match held {
+            Some(held) => certainty.with_logits(&held.whole, &held.starts, &levels),
+            None => certainty,
+        };
+        let stress = judgement.and_then(|judgement| judgement.stress);
+        let tested = stress.iter().flat_map(|stress| &stress.networks).find(|network| network.network == row);
+        Ok(Some(Certainty { under_faults: tested.and_then(|network| network.sure_when_broken), ..certainty }))
     }
 
     fn chosen(&self, folder: &RunFolder, registry: &Registry) -> Result<String, Box<dyn std::error::Error>> {

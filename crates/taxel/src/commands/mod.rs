@@ -2,6 +2,8 @@
 
 pub mod arguments;
 #[cfg(feature = "lab")]
+pub mod calibrate;
+#[cfg(feature = "lab")]
 pub mod choose;
 #[cfg(feature = "lab")]
 pub mod completions;

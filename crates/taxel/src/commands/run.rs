@@ -1,11 +1,13 @@
 //! `taxel run`: the experiments of config files.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::atomic::AtomicBool;
 
 use clap::{Args, ValueHint};
 use taxel::experiment::{self, Runner, settings};
 use taxel::learn;
+use taxel::learn::Progress;
 use taxel::{Experiment, Overrides, ReadOptions, Registry, ResultsTable, RunFolder, RunOptions};
 
 use crate::CommandResult;
@@ -96,15 +98,7 @@ impl RunExperiments {
         for experiment in &experiments {
             let out = self.folder(experiment);
             let progress = progress();
-            let trained = || -> experiment::Result<RunFolder> {
-                let dataset = experiment.dataset()?;
-                let (name, samples) = (&dataset.name, dataset.x.shape()[0]);
-                detail(format!("{name}: {samples} samples, digest {}", dataset.digest));
-                let runner = Runner { experiment, registry: &registry, dataset: &dataset };
-                let only = if self.only.is_empty() { None } else { Some(runner.keys_within(&self.only)?) };
-                runner.run(Some(&out), &RunOptions { only, ..options.clone() }, &*progress, &cancel)
-            };
-            let folder = match trained() {
+            let folder = match self.train((experiment, &registry), &out, &options, &*progress, &cancel) {
                 Ok(folder) => folder,
                 Err(experiment::Error::Learn(error @ learn::Error::Cancelled { .. })) => {
                     note(format!("{error}\ncontinue with --resume --output {}", out.display()));
@@ -132,6 +126,27 @@ impl RunExperiments {
             }
         }
         Ok(if finished { ExitCode::SUCCESS } else { ExitCode::from(1) })
+    }
+
+    /// Runs an experiment, and its trainings without some of the classes, if it has any.
+    fn train(
+        &self,
+        (experiment, registry): (&Experiment, &Registry),
+        out: &Path,
+        options: &RunOptions,
+        progress: &dyn Progress,
+        cancel: &AtomicBool,
+    ) -> experiment::Result<RunFolder> {
+        let dataset = experiment.dataset()?;
+        let (name, samples) = (&dataset.name, dataset.x.shape()[0]);
+        detail(format!("{name}: {samples} samples, digest {}", dataset.digest));
+        let runner = Runner { experiment, registry, dataset: &dataset };
+        let only = if self.only.is_empty() { None } else { Some(runner.keys_within(&self.only)?) };
+        let folder = runner.run(Some(out), &RunOptions { only, ..options.clone() }, progress, cancel)?;
+        if let Some(trial) = &experiment.config().unknown {
+            runner.try_unknown(&folder, trial, options.threads(), progress, cancel)?;
+        }
+        Ok(folder)
     }
 
     /// Returns the run folder of one of the experiments.

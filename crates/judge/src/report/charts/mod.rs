@@ -1,6 +1,7 @@
 //! The charts of a report.
 
 mod bars;
+mod certainty;
 mod confusion;
 mod curves;
 mod early;
@@ -25,6 +26,8 @@ pub(super) fn charts<'a>(judgement: &'a Judgement, choice: Option<&'a Choice>) -
     all.extend(faults::heat(judgement));
     all.extend(bars::calibration(judgement));
     all.extend(early::shares(judgement));
+    all.extend(certainty::reliability(judgement));
+    all.extend(certainty::surest(judgement));
     all.extend(curves::training(judgement));
     all.extend(curves::few_samples(judgement));
     all.extend(confusion::charts(judgement));

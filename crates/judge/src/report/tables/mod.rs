@@ -1,5 +1,6 @@
 //! The tables of a report.
 
+mod certainty;
 mod costs;
 mod early;
 mod eight_bits;
@@ -43,6 +44,8 @@ pub(super) fn tables(judgement: &Judgement, choice: Option<&Choice>) -> Result<V
             faults::curves(stress),
             faults::kinds(stress),
             guard::guard(stress),
+            certainty::unknown(stress),
+            certainty::sure(stress),
         ]);
     }
     let primary = judgement.primary();
@@ -52,6 +55,7 @@ pub(super) fn tables(judgement: &Judgement, choice: Option<&Choice>) -> Result<V
     if let Some(early) = &judgement.early {
         all.extend([early::shares(&primary, early), early::decisions(early)]);
     }
+    all.push(certainty::certainty(&judgement.certainty));
     all.retain(|table| !table.rows.is_empty());
     Ok(all)
 }

@@ -6,7 +6,7 @@ use taxel_report::numbers::{bytes, digits, in_brackets, si, tenth};
 use taxel_report::table::{Cell, Column, Table};
 
 use crate::report::names::table;
-use crate::report::words::{few_samples_of, is_shown, kind};
+use crate::report::words::{few_groups, few_samples_of, is_shown, kind};
 use crate::values::{Choice, Judged, Judgement, Primary, Speed};
 
 /// Returns the source, which every caption of measured scores names: `simulated: fingertip`.
@@ -107,10 +107,11 @@ pub(in crate::report) fn networks(judgement: &Judgement, choice: Option<&Choice>
     }));
     let shown: Vec<Judged> = judgement.networks.iter().filter(|n| is_shown(judgement, n)).cloned().collect();
     let caption = format!(
-        "{}; {}; {}: mean over folds; latency: one sample from raw reading to answer, one thread",
+        "{}; {}; {}: mean over folds{}; latency: one sample from raw reading to answer, one thread",
         measured_on(judgement),
         judgement.protocol,
-        primary.title()
+        primary.title(),
+        few_groups(judgement).map_or(String::new(), |few| format!(", {few}"))
     );
     let chosen = choice.and_then(|c| c.chosen.as_ref());
     let marked = (0..shown.len()).filter(|&i| Some(&shown[i].results.network) == chosen).collect();

@@ -1,5 +1,6 @@
 //! Arguments that several commands share, each with one meaning.
 
+pub mod certainty;
 pub mod model_recordings;
 #[cfg(feature = "lab")]
 pub mod network;

@@ -9,12 +9,15 @@ use clap::{Args, ValueEnum, ValueHint};
 use serde_json::json;
 use taxel::base::{Grid, thousands};
 use taxel::data::{Npz, Recordings};
+use taxel::learn::certainty::AnswerSet;
+use taxel::learn::metrics::Levels;
 use taxel::{Model, Predictions, ReadOptions};
 
 use guard::Replaced;
 
 use crate::CommandResult;
 use crate::arrays::write;
+use crate::commands::arguments::certainty::{CertaintyOptions, UNKNOWN};
 use crate::commands::arguments::model_recordings::ModelRecordings;
 use crate::commands::arguments::threads::Threads;
 use crate::out;
@@ -29,6 +32,9 @@ use crate::terminal::tables;
 ///
 /// Recordings may have any length where the model was trained with a length rule: it applies that rule. Under the rule
 /// `window` every window has a prediction, and `start` is its first time step in the recording.
+///
+/// A model that was fitted from a run says `unknown` for samples that are unlike all that it has learned from, as `familiarity`
+/// tells: the share of held-out samples that were less like them. `likeliest` keeps the class that it would have named.
 ///
 /// text prints sample, class and probability; csv has a row per sample with every probability; json one object
 /// per sample; npz arrays `predicted` [N] ([N, attributes]) and `probabilities` [N, outputs], of windows `recording`
@@ -59,6 +65,8 @@ pub struct Predict {
     #[arg(long)]
     as_is: bool,
     #[command(flatten)]
+    certainty: CertaintyOptions,
+    #[command(flatten)]
     threads: Threads,
 }
 
@@ -81,6 +89,12 @@ struct SamplePredictions<'a> {
     truth: Option<&'a [Vec<String>]>,
     /// Broken channels and taxels that the guard of the model replaced.
     replaced: Option<&'a Replaced>,
+    /// Whether the probabilities were fitted to held-out predictions.
+    is_calibrated: bool,
+    /// The familiarity up to which a sample is unknown to the model.
+    unknown: f32,
+    /// Sets of classes, where they are asked for.
+    sets: Option<&'a AnswerSet>,
 }
 
 impl Predict {
@@ -90,6 +104,7 @@ impl Predict {
         }
         let model = Model::open(&self.model)?;
         let card = model.card();
+        let (unknown, sets) = self.certainty.of(card)?;
         let (Recordings { x, origins, starts, truth, .. }, options) = self.recordings().of(card)?;
         let mut predictor = model.predictor(card.batch(), self.threads.count()?)?;
         if self.no_guard {
@@ -106,8 +121,16 @@ impl Predict {
         };
         let (starts, truth) = (starts.as_deref(), truth.as_deref());
         let replaced = replaced.as_ref();
-        let samples =
-            SamplePredictions { origins: &origins, starts, predictions: &predictions, truth, replaced };
+        let samples = SamplePredictions {
+            origins: &origins,
+            starts,
+            predictions: &predictions,
+            truth,
+            replaced,
+            is_calibrated: card.certainty.is_some(),
+            unknown,
+            sets: sets.as_ref(),
+        };
         self.write(&samples)?;
         if let Some(line) = replaced.and_then(Replaced::summary) {
             note(line);
@@ -164,23 +187,33 @@ impl SamplePredictions<'_> {
         }
         let quantities = self.predictions.task.quantities();
         let values: Vec<String> = quantities.iter().map(with_unit).collect();
+        header.extend(self.familiarity().map(|_| "familiarity".to_string()));
+        header.extend(self.sets.map(|sets| format!("{:.0} % set", 100.0 * sets.share)));
         header.extend(values.iter().cloned());
         header.extend(self.replaced.map(|_| "replaced".to_string()));
         let row = |i: usize| {
             let mut cells = vec![self.origins[i].clone()];
             cells.extend(self.starts.map(|starts| starts[i].to_string()));
             for (at, predicted) in self.predictions.predicted(i).into_iter().enumerate() {
-                cells.extend([predicted.class.to_string(), format!("{:.3}", predicted.probability)]);
+                let class = if self.is_unknown(i) {
+                    format!("{UNKNOWN} (like {})", predicted.class)
+                } else {
+                    predicted.class.to_string()
+                };
+                cells.extend([class, format!("{:.3}", predicted.probability)]);
                 cells.extend(self.truth.map(|truth| truth[i].get(at).cloned().unwrap_or_default()));
             }
+            cells.extend(self.familiarity().map(|all| format!("{:.2}", all[i])));
+            cells.extend(self.sets.map(|sets| self.set_words(sets, i)));
             cells.extend(self.predictions.values(i).into_iter().map(|(_, value)| format!("{value:.3}")));
             cells.extend(self.replaced.map(|replaced| replaced.words(i)));
             cells
         };
         let rows: Vec<Vec<String>> = (0..self.predictions.len()).map(row).collect();
         let header: Vec<&str> = header.iter().map(String::as_str).collect();
-        let is_number =
-            |name: &str| ["probability", "start"].contains(&name) || values.iter().any(|v| v == name);
+        let is_number = |name: &str| {
+            ["probability", "start", "familiarity"].contains(&name) || values.iter().any(|v| v == name)
+        };
         let right: Vec<usize> = (0..header.len()).filter(|i| is_number(header[*i])).collect();
         tables::table(&header, &rows, &right)
     }
@@ -192,17 +225,29 @@ impl SamplePredictions<'_> {
         let outputs =
             task.output_names().into_iter().map(|name| if has_labels { format!("p({name})") } else { name });
         let start = self.starts.map(|_| "start".to_string());
+        let likeliest =
+            self.predictions.task.attributes().into_iter().filter(|_| self.familiarity().is_some());
+        let likeliest = likeliest.map(|attribute| format!("likeliest {}", attribute.name));
+        let familiarity = self.familiarity().map(|_| "familiarity".to_string());
+        let set = self.sets.map(|_| "set".to_string());
         let replaced = self.replaced.map(|_| "replaced".to_string());
-        let columns = start.into_iter().chain(attributes).chain(outputs).chain(replaced);
+        let columns = start.into_iter().chain(attributes).chain(outputs).chain(likeliest);
+        let columns = columns.chain(familiarity).chain(set).chain(replaced);
         let mut grid = columns.fold(Grid::new().left("sample"), Grid::left);
         for i in 0..self.predictions.len() {
             let predicted = self.predictions.predicted(i);
             let outputs = self.predictions.row(i);
-            let cells = predicted.iter().map(|one| one.class.to_string());
+            let class = |class: &str| if self.is_unknown(i) { UNKNOWN.into() } else { class.to_string() };
+            let cells = predicted.iter().map(|one| class(one.class));
+            let likeliest = predicted.iter().filter(|_| self.familiarity().is_some());
+            let likeliest = likeliest.map(|one| one.class.to_string());
+            let familiarity = self.familiarity().map(|all| all[i].to_string());
+            let set = self.sets.map(|sets| self.set_words(sets, i));
             let start = self.starts.map(|starts| starts[i].to_string());
             let sample = [self.origins[i].clone()].into_iter().chain(start);
             let replaced = self.replaced.map(|replaced| replaced.count(i).to_string());
-            grid.row(sample.chain(cells).chain(outputs.iter().map(f32::to_string)).chain(replaced));
+            let cells = sample.chain(cells).chain(outputs.iter().map(f32::to_string)).chain(likeliest);
+            grid.row(cells.chain(familiarity).chain(set).chain(replaced));
         }
         grid.csv()
     }
@@ -215,8 +260,12 @@ impl SamplePredictions<'_> {
             let outputs: serde_json::Map<String, serde_json::Value> =
                 names.iter().cloned().zip(outputs).collect();
             let predicted = self.predictions.predicted(i);
-            let classes: serde_json::Map<String, serde_json::Value> =
-                predicted.iter().map(|one| (one.attribute.to_string(), json!(one.class))).collect();
+            let is_unknown = self.is_unknown(i);
+            let named =
+                |class: &dyn Fn(&str) -> serde_json::Value| -> serde_json::Map<String, serde_json::Value> {
+                    predicted.iter().map(|one| (one.attribute.to_string(), class(one.class))).collect()
+                };
+            let classes = named(&|class| if is_unknown { json!(UNKNOWN) } else { json!(class) });
             let mut sample = if has_labels {
                 json!({
                     "sample": self.origins[i], "predicted": classes, "probabilities": outputs,
@@ -225,6 +274,15 @@ impl SamplePredictions<'_> {
             } else {
                 json!({ "sample": self.origins[i], "predicted": outputs })
             };
+            if is_unknown {
+                sample["likeliest"] = named(&|class| json!(class)).into();
+            }
+            if let Some(familiarity) = self.familiarity() {
+                sample["familiarity"] = json!(familiarity[i]);
+            }
+            if let Some(sets) = self.sets {
+                sample["set"] = self.set_names(sets, i).into_iter().collect::<serde_json::Value>();
+            }
             if let Some(starts) = self.starts {
                 sample["start"] = json!(starts[i]);
             }
@@ -235,6 +293,7 @@ impl SamplePredictions<'_> {
         };
         let all = json!({
             "answers": (0..self.predictions.len()).map(one).collect::<Vec<_>>(),
+            "calibrated": self.is_calibrated,
             "accuracy_percent": self.right().map(|(right, of)| 100.0 * right as f64 / of as f64),
         });
         Ok(serde_json::to_string_pretty(&all)? + "\n")
@@ -251,6 +310,11 @@ impl SamplePredictions<'_> {
         } else {
             npz.add("predicted", &shape(self.predictions.width()), outputs)?;
         }
+        if let Some(familiarity) = self.familiarity() {
+            npz.add("familiarity", &[n], familiarity)?;
+            let unknown: Vec<bool> = (0..n).map(|i| self.is_unknown(i)).collect();
+            npz.add("unknown", &[n], &unknown)?;
+        }
         if let Some(replaced) = self.replaced {
             let replaced: Vec<i64> = (0..n).map(|i| replaced.count(i) as i64).collect();
             npz.add("replaced", &[n], &replaced)?;
@@ -261,6 +325,29 @@ impl SamplePredictions<'_> {
             npz.add("recording", &[n], &self.recordings())?;
         }
         npz.finish()
+    }
+
+    fn familiarity(&self) -> Option<&Vec<f32>> {
+        self.predictions.familiarity.as_ref()
+    }
+
+    fn is_unknown(&self, i: usize) -> bool {
+        self.predictions.is_unknown(i, self.unknown)
+    }
+
+    /// Returns the names of the classes in the set of a sample, with the name of each attribute.
+    fn set_names(&self, sets: &AnswerSet, i: usize) -> Vec<(String, Vec<String>)> {
+        let task = &self.predictions.task;
+        let classes = sets.classes(self.predictions.row(i), &Levels::of_task(task));
+        let names = |(attribute, set): (taxel::Attribute, Vec<usize>)| {
+            (attribute.name, set.into_iter().map(|class| attribute.classes[class].clone()).collect())
+        };
+        task.attributes().into_iter().zip(classes).map(names).collect()
+    }
+
+    fn set_words(&self, sets: &AnswerSet, i: usize) -> String {
+        let joined = |(_, set): (String, Vec<String>)| set.join(" | ");
+        self.set_names(sets, i).into_iter().map(joined).collect::<Vec<_>>().join("; ")
     }
 
     /// Returns the number of each window's recording, in the order of the recordings.
@@ -304,7 +391,12 @@ impl SamplePredictions<'_> {
                 } else {
                     String::new()
                 };
-                format!("{right} of {count} right ({share:.2} %){foreign}")
+                let unknown = (0..self.predictions.len()).filter(|i| self.is_unknown(*i)).count();
+                let refused = match unknown {
+                    0 => String::new(),
+                    some => format!("; {some} are unknown to the model, and count by their likeliest class"),
+                };
+                format!("{right} of {count} right ({share:.2} %){refused}{foreign}")
             }
         })
     }

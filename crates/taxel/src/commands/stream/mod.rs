@@ -1,5 +1,6 @@
 //! `taxel stream`: predictions for time steps as they come.
 
+mod drift;
 mod output;
 
 use std::io::{ErrorKind, Write};
@@ -14,9 +15,10 @@ use taxel::stream::{
     Arrival, Decider, Event, LineColumns, Next, Pace, ReadingStream, SourceSettings, Stamps, StreamOptions,
     StreamSource, Time, start,
 };
-use taxel::{Model, ReadOptions};
+use taxel::{Card, Model, ReadOptions};
 
 use crate::CommandResult;
+use crate::commands::arguments::certainty::CertaintyOptions;
 use crate::commands::arguments::model_recordings::{attributes, resize};
 use crate::terminal::interrupt::flag;
 use crate::terminal::messages::{unwritable, warn};
@@ -42,7 +44,8 @@ const OFF: f64 = 0.1;
 ///
 /// A decision has these keys. time: the time stamp, or else the seconds since the first time step. reading: the number of the
 /// last time step of the window, from 0. class and probabilities; where the model's encoding refuses a window, class is null
-/// and refused says why. latency_ms: from the arrival of that time step to the decision. seen: the share of the window that
+/// and refused says why. familiarity: the share of held-out samples that were less like what the model has learned; at 0.05 or
+/// below (--unknown) class is unknown, and likeliest names the nearest. set: with --set. latency_ms: from the arrival of that time step to the decision. seen: the share of the window that
 /// was there. dead, stuck and saturated: channels by position from 0 or by name. A dead channel is at rest and has never
 /// moved, a stuck one has stopped moving elsewhere or stopped flickering, a saturated one was at full scale in the window.
 ///
@@ -116,6 +119,8 @@ pub struct Stream {
     /// Predicts recordings that are not as in training: unit, rate, full scale, layout and bit depth are not compared.
     #[arg(long, requires = "input")]
     as_is: bool,
+    #[command(flatten)]
+    certainty: CertaintyOptions,
 }
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
@@ -151,7 +156,9 @@ impl Stream {
             return Err("--rate is in readings per second (Hz), above 0".into());
         }
         let predictor = Model::open(&self.model)?.predictor(1, 1)?;
-        let mut decider = Decider::new(predictor, &self.options())?;
+        let (unknown, sets) = self.certainty.of(predictor.card())?;
+        let mut decider = Decider::new(predictor, &self.options(unknown))?;
+        self.say_how_sure(decider.card());
         if let Some(taxel::Length::Resample { to }) = decider.card().spec.length {
             warn(format!(
                 "the model was trained on whole recordings resampled to {to} readings; a window is the last {to} readings as \
@@ -161,8 +168,8 @@ impl Stream {
         let readings = start(self.source(), self.setup(&decider), |text| warn(text))?;
         let mut answering = Answering {
             stamps: Stamps::new(decider.ticks()),
-            writer: DecisionWriter::new(decider.card()),
-            summary: StreamSummary::default(),
+            writer: DecisionWriter::new(decider.card(), sets),
+            summary: StreamSummary::new(decider.card()),
             rate_compared: false,
             no_contact_said: false,
             far: vec![],
@@ -191,8 +198,9 @@ impl Stream {
         error.map_or(Ok(ExitCode::SUCCESS), Err)
     }
 
-    fn options(&self) -> StreamOptions {
+    fn options(&self, unknown: f32) -> StreamOptions {
         StreamOptions {
+            unknown,
             hop: self.hop,
             contact: self.contact,
             before: self.before,
@@ -203,6 +211,26 @@ impl Stream {
                 Filler::Edge => Padding::Edge,
             }),
             full_scale: self.full_scale,
+        }
+    }
+
+    /// Says what is known of early decisions, if some are asked for.
+    fn say_how_sure(&self, card: &Card) {
+        let Some(early) = self.early else { return };
+        match &card.certainty {
+            Some(certainty) if !certainty.tenths.is_empty() => {
+                let record = certainty.early_at(f64::from(early)).filter(|record| record.decided == 0);
+                if let Some(record) = record {
+                    let of = record.of;
+                    warn(format!(
+                        "--early {early}: none of {of} samples that training had not seen was decided early"
+                    ));
+                }
+            }
+            _ => warn(format!(
+                "--early {early}: the model is not calibrated on beginnings, and may be surer of them than it should; fit it \
+                 from a run folder that has its models"
+            )),
         }
     }
 

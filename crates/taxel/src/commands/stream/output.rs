@@ -8,8 +8,12 @@ use serde::{Serialize, Serializer};
 use serde_json::json;
 use taxel::Card;
 use taxel::data::Attribute;
+use taxel::learn::certainty::AnswerSet;
+use taxel::learn::metrics::Levels;
 use taxel::stream::{Condition, Decision, Event, LatencyHistogram, StreamCounts};
 
+use super::drift::Drift;
+use crate::commands::arguments::certainty::UNKNOWN;
 use crate::terminal::messages::warn;
 
 /// Writes decisions, with the names that the model knows.
@@ -21,6 +25,8 @@ pub struct DecisionWriter {
     channels: Vec<String>,
     /// The recording that is replayed.
     pub recording: Option<String>,
+    sets: Option<AnswerSet>,
+    levels: Levels,
 }
 
 /// A decision as it is written.
@@ -47,13 +53,23 @@ struct DecisionLine<'a> {
 #[derive(Serialize)]
 struct PredictedLabels<'a> {
     class: Option<LikeliestClasses<'a>>,
+    /// Where the class is unknown.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    likeliest: Option<LikeliestClasses<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    set: Option<Sets<'a>>,
     probabilities: Option<ByName<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    familiarity: Option<f32>,
 }
 
 /// The likeliest class, or that of each attribute by its name.
+#[derive(Clone, Copy)]
 struct LikeliestClasses<'a> {
     attributes: &'a [Attribute],
     probabilities: &'a [f32],
+    /// Whether it stands for a class that the model does not know.
+    is_unknown: bool,
 }
 
 impl Serialize for LikeliestClasses<'_> {
@@ -67,6 +83,7 @@ impl Serialize for LikeliestClasses<'_> {
                 .reduce(|best, at| if probabilities[at] > probabilities[best] { at } else { best })
         };
         match self.attributes {
+            _ if self.is_unknown => serializer.serialize_str(UNKNOWN),
             [one] => likeliest(one).map(|at| &one.classes[at]).serialize(serializer),
             several => {
                 let mut map = serializer.serialize_map(Some(several.len()))?;
@@ -75,6 +92,24 @@ impl Serialize for LikeliestClasses<'_> {
                     map.serialize_entry(&attribute.name, &class)?;
                 }
                 map.end()
+            }
+        }
+    }
+}
+
+/// The classes that hold the true one as often as the set says: a list, or one of each attribute by its name.
+struct Sets<'a>(&'a [Attribute], Vec<Vec<usize>>);
+
+impl Serialize for Sets<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let names = |(attribute, set): (&'_ Attribute, &'_ Vec<usize>)| -> Vec<String> {
+            set.iter().map(|class| attribute.classes[*class].clone()).collect()
+        };
+        match (self.0, &self.1[..]) {
+            ([one], [set]) => names((one, set)).serialize(serializer),
+            (attributes, sets) => {
+                let named = attributes.iter().zip(sets);
+                serializer.collect_map(named.map(|both| (&both.0.name, names(both))))
             }
         }
     }
@@ -122,13 +157,15 @@ impl Serialize for Channel<'_> {
 }
 
 impl DecisionWriter {
-    pub fn new(card: &Card) -> Self {
+    pub fn new(card: &Card, sets: Option<AnswerSet>) -> Self {
         let channels = card.spec.table.as_ref().map_or(vec![], |table| table.columns.clone());
         DecisionWriter {
             outputs: card.task.output_names(),
             channels,
             recording: None,
             attributes: card.task.attributes(),
+            sets,
+            levels: card.levels(),
         }
     }
 
@@ -149,14 +186,21 @@ impl DecisionWriter {
         };
         let has_labels = !self.attributes.is_empty();
         let names = self.channels.as_slice();
+        let attributes = self.attributes.as_slice();
+        let likeliest = |probabilities| LikeliestClasses { attributes, probabilities, is_unknown: false };
+        let classes = outputs.map(likeliest);
         let line = DecisionLine {
             time,
             reading: decision.reading,
             recording: self.recording.as_deref(),
             values: outputs.filter(|_| !has_labels).map(|values| ByName(&self.outputs, values)),
             labels: has_labels.then(|| PredictedLabels {
-                class: outputs
-                    .map(|probabilities| LikeliestClasses { attributes: &self.attributes, probabilities }),
+                class: classes.map(|classes| LikeliestClasses { is_unknown: decision.is_unknown, ..classes }),
+                likeliest: classes.filter(|_| decision.is_unknown),
+                set: outputs.zip(self.sets.as_ref()).map(|(probabilities, sets)| {
+                    Sets(&self.attributes, sets.classes(probabilities, &self.levels))
+                }),
+                familiarity: decision.familiarity,
                 probabilities: outputs.map(|probabilities| ByName(&self.outputs, probabilities)),
             }),
             refused,
@@ -177,11 +221,13 @@ fn milliseconds(duration: Duration) -> f64 {
 }
 
 /// Counts of a stream beside those of its time steps.
-#[derive(Default)]
 pub struct StreamSummary {
+    drift: Drift,
+    levels: Levels,
     decisions: u64,
     early: u64,
     refused: u64,
+    unknown: u64,
     gaps: u64,
     missing: u64,
     jumps: u64,
@@ -192,10 +238,44 @@ pub struct StreamSummary {
 }
 
 impl StreamSummary {
+    pub fn new(card: &Card) -> Self {
+        StreamSummary {
+            drift: Drift::new(card),
+            levels: card.levels(),
+            decisions: 0,
+            early: 0,
+            refused: 0,
+            unknown: 0,
+            gaps: 0,
+            missing: 0,
+            jumps: 0,
+            repeated: 0,
+            wraps: 0,
+            anew: 0,
+            latencies: LatencyHistogram::default(),
+        }
+    }
+
+    /// Returns the least of the attributes' highest probabilities.
+    fn confidence(&self, probabilities: &[f32]) -> f64 {
+        let mut rest = probabilities;
+        let highest = |size: &usize| {
+            let (own, others) = rest.split_at(*size);
+            rest = others;
+            own.iter().copied().fold(0.0, f32::max)
+        };
+        f64::from(self.levels.sizes().iter().map(highest).fold(1.0, f32::min))
+    }
+
     pub fn decided(&mut self, decision: &Decision, latency: Duration) {
         self.decisions += 1;
         self.early += u64::from(decision.is_early());
         self.refused += u64::from(decision.probabilities().is_err());
+        self.unknown += u64::from(decision.is_unknown);
+        if let Some(probabilities) = decision.probabilities().ok().filter(|_| !decision.is_early()) {
+            let confidence = self.confidence(probabilities);
+            self.drift.push(decision.is_unknown, confidence);
+        }
         self.latencies.push(latency);
     }
 
@@ -256,14 +336,14 @@ impl StreamSummary {
         });
         let summary = json!({"summary": {
             "ended": ended, "readings": counted.readings, "decisions": self.decisions, "early": self.early,
-            "refused": self.refused, "contacts": contacts, "lines": counted.lines,
+            "refused": self.refused, "unknown": self.unknown, "contacts": contacts, "lines": counted.lines,
             "skipped": {
                 "malformed": counted.malformed, "columns": counted.columns, "not_finite": counted.not_finite,
                 "too_long": counted.too_long,
             },
             "dropped": counted.dropped, "gaps": self.gaps, "missing_readings": self.missing,
             "clock_jumps": self.jumps, "repeated_stamps": self.repeated, "clock_wraps": self.wraps,
-            "windows_begun_anew": self.anew,
+            "windows_begun_anew": self.anew, "last_windows": self.drift.json(),
             "latency_ms": latency,
         }});
         let _ = writeln!(std::io::stderr(), "{}", serde_json::to_string(&summary)?);

@@ -1,0 +1,43 @@
+//! How sure the rows of a run may be, by the predictions that it stores.
+
+use taxel_learn::certainty::{Certainty, HeldOut, HeldOutParts, Reliability, UnknownDraw, UnknownScores};
+
+use crate::case::Case;
+use crate::error::Result;
+use crate::values::{RowCertainty, UnknownMeans};
+
+/// Fits how sure each row may be. Nothing of values, and of rows with fewer than 30 predictions.
+///
+/// # Errors
+/// A damaged `unknown.json`.
+pub(super) fn certainty(case: &Case) -> Result<Vec<RowCertainty>> {
+    let (levels, results) = (case.levels(), &case.results);
+    let parts = if results.protocol.keeps_groups() { HeldOutParts::Groups } else { HeldOutParts::Mixed };
+    let tried = case.folder.unknown()?.unwrap_or_default();
+    let mut all = vec![];
+    for name in case.compared() {
+        let Some(held) = HeldOut::of_folds(case.records(name), &case.dataset) else { return Ok(vec![]) };
+        let fitted = Certainty::fit(&held, &levels, parts, &case.dataset.digest, results.seed)?;
+        let Some(certainty) = fitted else { continue };
+        let scores = tried.iter().find(|row| row.network == name);
+        all.push(RowCertainty {
+            network: name.into(),
+            certainty,
+            reliability: Reliability::of(&held, &levels),
+            unknown: scores.and_then(means),
+        });
+    }
+    Ok(all)
+}
+
+fn means(scores: &UnknownScores) -> Option<UnknownMeans> {
+    let draws = scores.draws.len();
+    let mean = |value: fn(&UnknownDraw) -> f64| scores.draws.iter().map(value).sum::<f64>() / draws as f64;
+    (draws > 0).then(|| UnknownMeans {
+        draws,
+        auroc: mean(|draw| draw.auroc),
+        auroc_softmax: mean(|draw| draw.auroc_softmax),
+        refused: mean(|draw| draw.refused),
+        false_alarms: mean(|draw| draw.false_alarms),
+    })
+}

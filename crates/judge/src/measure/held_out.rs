@@ -1,0 +1,111 @@
+//! Predictions of the models of a row's folds for the samples that they have not seen, and for their beginnings.
+
+use ndarray::{ArrayD, Axis};
+use rayon::prelude::*;
+use taxel_learn::certainty::{HeldOut, Place, fitted_apart};
+use taxel_learn::{FoldKey, Predictor};
+
+use super::apart::Apart;
+use super::early::{SHARES, started};
+use super::guarding::trained_on;
+use super::parts::{BATCH, outcome, parts, predict};
+use super::threads::on;
+use crate::case::Case;
+use crate::error::Result;
+
+/// Most test samples of a row whose beginnings are predicted; the others are left out evenly.
+const BEGINNINGS: usize = 1000;
+
+/// Predictions of the models of one row for the test samples of their folds, of the first repetition.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HeldOutRow {
+    /// With logits, if the method has any.
+    pub whole: HeldOut,
+    /// For the first tenth of each sample, the first two tenths, ..., the whole; nothing for samples without time.
+    pub starts: Vec<HeldOut>,
+}
+
+/// Predicts the test samples of the row `name` and their beginnings on `threads` threads. None of values.
+///
+/// # Errors
+/// Models that are missing.
+pub fn held_out(case: &Case, name: &str, threads: usize) -> Result<Option<HeldOutRow>> {
+    let Some(none) = HeldOut::of_dataset(&case.dataset) else { return Ok(None) };
+    let mut whole = vec![none.clone()];
+    let alone = |clean: &ArrayD<f32>| vec![clean.clone()];
+    gather(case, (name, usize::MAX), threads, &mut whole, &alone)?;
+    let spec = &case.dataset.spec;
+    let (_, ticks, _) = spec.around_time();
+    let mut starts = vec![];
+    if spec.layout.time_axis().is_some() && ticks > 1 {
+        starts = vec![none; SHARES.len()];
+        let begun =
+            |clean: &ArrayD<f32>| SHARES.map(|seen| started(case, clean, seen, spec.padding())).into();
+        gather(case, (name, BEGINNINGS), threads, &mut starts, &begun)?;
+    }
+    Ok(whole.pop().map(|whole| HeldOutRow { whole, starts }))
+}
+
+/// Fits temperature and gate of each fold of the rows `names` to at most `most` test samples of the other folds. Nothing of
+/// values.
+///
+/// # Errors
+/// Models that are missing.
+pub(super) fn apart(case: &Case, names: &[&str], most: usize, threads: usize) -> Result<Apart> {
+    let mut all = Apart::new();
+    for name in names {
+        let Some(none) = HeldOut::of_dataset(&case.dataset) else { return Ok(all) };
+        let mut whole = vec![none];
+        gather(case, (name, most), threads, &mut whole, &|clean| vec![clean.clone()])?;
+        let of_folds = whole.iter().flat_map(|held| fitted_apart(held, &case.levels()));
+        all.extend(of_folds.map(|(fold, fitted)| ((name.to_string(), fold), fitted)));
+    }
+    Ok(all)
+}
+
+/// Finds where the model of a fold has the samples that it was trained on; one for each of the tenths and the whole. None where
+/// one cannot be encoded.
+fn own_places(case: &Case, key: &FoldKey, predictor: &Predictor) -> Result<Vec<Vec<Place>>> {
+    // A record that is not the protocol's is scored all the same.
+    let Ok(rows) = trained_on(case, key) else { return Ok(vec![]) };
+    let samples = case.dataset.x.select(Axis(0), &rows);
+    let Ok(logits) = predictor.logits(&samples) else { return Ok(vec![]) };
+    let labels = case.dataset.targets.labels().map_or(vec![], |labels| labels.of(&rows));
+    let places = Place::of_logits(&logits, &labels, &case.levels());
+    Ok(places.map_or(vec![], |places| vec![places; SHARES.len()]))
+}
+
+/// Predicts what `inputs` makes of the test samples of each part, and adds each to its own of `all`.
+fn gather(
+    case: &Case,
+    (name, most): (&str, usize),
+    threads: usize,
+    all: &mut [HeldOut],
+    inputs: &dyn Fn(&ArrayD<f32>) -> Vec<ArrayD<f32>>,
+) -> Result<()> {
+    let (parts, _) = parts(case, &[name], most)?;
+    for part in &parts {
+        let clean = case.dataset.x.select(Axis(0), &part.rows);
+        let inputs = inputs(&clean);
+        for key in &part.keys {
+            let model = case.model(key)?;
+            let predictor = model.predictor(BATCH, 1)?;
+            if model.card().graph().is_some() {
+                let own = own_places(case, key, &predictor)?;
+                all.iter_mut().zip(&own).for_each(|(held, own)| {
+                    held.own.insert(part.fold as u32, own.clone());
+                });
+            }
+            let predict =
+                || inputs.par_iter().map(|x| predict(&predictor, &clean, x)).collect::<Result<Vec<_>>>();
+            let outputs = on(taxel_learn::threads(Some(threads)), predict)?;
+            for (held, outputs) in all.iter_mut().zip(outputs) {
+                let refused = outputs.refused.clone();
+                let logits = if predictor.has_logits() { outputs.logits.clone() } else { vec![] };
+                let outcome = outcome(&case.dataset.targets, part, outputs);
+                held.add(part.fold as u32, &part.rows, &outcome, &logits, &case.dataset, &refused);
+            }
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,29 @@
+//! How far the probabilities of a model can be believed.
+//!
+//! A network that is sure is not right as often as it says, and MiniRocket's ridge is right more often. A *temperature* T
+//! divides the logits before the softmax (Guo et al., ICML 2017, section 4.2), so that answers of which the model is 90 %
+//! sure are right in nine of ten cases. It is fitted on predictions for samples that no training saw: those of the test
+//! parts of a run, or own recordings. The same predictions give [sets](AnswerSet) of classes that hold the true one as often as they
+//! say, and a [gate](Seen) that tells samples unlike any that was learned.
+
+mod apart;
+mod early;
+mod fitted;
+mod held_out;
+mod place;
+mod reliability;
+mod seen;
+mod sets;
+mod temperature;
+mod unknown;
+
+pub use apart::fitted_apart;
+pub use early::EarlyRecord;
+pub use fitted::{CalibrationErrors, Certainty, FittedOn, HeldOutParts, SureAnswers};
+pub use held_out::HeldOut;
+pub use place::Place;
+pub use reliability::{Reliability, ReliabilityBin};
+pub use seen::Seen;
+pub use sets::AnswerSet;
+pub use temperature::{fitted_temperature, matched_temperature, tempered};
+pub use unknown::{UnknownDraw, UnknownScores, UnknownTrial, WithoutClasses};

@@ -1,0 +1,84 @@
+//! A model whose probabilities are fitted to labelled recordings that it has not learned from.
+
+use ndarray::{ArrayRef, IxDyn};
+use taxel_data::Dataset;
+
+use super::file::Model;
+use crate::certainty::{Certainty, HeldOut, HeldOutParts, Place, Seen};
+use crate::error::{Error, Result};
+
+impl Model {
+    /// Returns the same model with a certainty that was fitted to others of its kind, the models of folds. Its gate learns where this
+    /// model has the samples of `dataset`, which it was trained on.
+    ///
+    /// # Errors
+    /// Samples that the model refuses.
+    pub fn with_certainty_of(self, certainty: Certainty, dataset: &Dataset) -> Result<Model> {
+        let Some(seen) = certainty.seen.clone().filter(|seen| seen.places.is_empty()) else {
+            return Ok(self.with_certainty(Some(certainty)));
+        };
+        let card = self.card();
+        let logits = self.predictor(card.batch(), 1)?.logits(&dataset.x)?;
+        let labels = dataset.targets.labels().map_or(&[][..], |labels| labels.values());
+        let places = Place::of_logits(&logits, labels, &card.levels());
+        let seen = places.map(|places| Seen { places, ..seen });
+        Ok(self.with_certainty(Some(Certainty { seen, ..certainty })))
+    }
+
+    /// Returns the same model with a temperature that is fitted to its answers for raw samples `x` `[n, ..]`, whose labels and
+    /// groups are those of `dataset`. Nothing is trained; an earlier temperature is forgotten.
+    ///
+    /// # Errors
+    /// A model of values, or in front of the samples that it has learned from; classes that it does not know; fewer than 30
+    /// samples; samples as [`Model::predict`] refuses them.
+    pub fn calibrated(&self, x: &ArrayRef<f32, IxDyn>, dataset: &Dataset) -> Result<Model> {
+        let card = self.card();
+        let refuse = |reason: String| Error::Calibration { model: card.name.clone(), reason };
+        if dataset.digest == card.trained_on.digest {
+            return Err(refuse(
+                "was trained on these recordings, and is surer of them than of others; give new ones".into(),
+            ));
+        }
+        let held = HeldOut { truth: labels(self, dataset).map_err(refuse)?, ..HeldOut::default() };
+        let plain = self.clone().with_certainty(None);
+        let predictor = plain.predictor(card.batch(), 1)?;
+        let logits = predictor.logits(x)?;
+        let probabilities = predictor.finished(logits.clone());
+        let logits = if predictor.has_logits() { logits } else { vec![] };
+        let n = dataset.len();
+        let groups = dataset.groups.clone();
+        let held = HeldOut { probabilities, logits, parts: vec![0; n], groups, ..held };
+        let seed = card.trained_on.seed;
+        let fitted = Certainty::fit(&held, &card.levels(), HeldOutParts::Recordings, &dataset.digest, seed)?;
+        match fitted {
+            Some(certainty) => {
+                let certainty = certainty.with_logits(&held, &[], &card.levels());
+                Ok(plain.with_certainty(Some(certainty)))
+            }
+            None => Err(refuse(format!("cannot be calibrated on {n} samples; give 30 or more"))),
+        }
+    }
+}
+
+/// Returns the labels of a data set `[n, attributes]` as the numbers of the model's classes of the same names.
+fn labels(model: &Model, dataset: &Dataset) -> std::result::Result<Vec<u32>, String> {
+    let known = model.card().task.attributes();
+    let labels = dataset.targets.labels().filter(|_| !known.is_empty());
+    let labels =
+        labels.ok_or("predicts values, or the recordings hold some: only classes have probabilities")?;
+    let given = labels.attributes();
+    if given.len() != known.len() {
+        return Err(format!("predicts {} attributes, and the recordings have {}", known.len(), given.len()));
+    }
+    let mut numbers: Vec<Vec<u32>> = vec![];
+    for (known, given) in known.iter().zip(given) {
+        let number = |class: &String| {
+            let at = known.classes.iter().position(|name| name == class);
+            at.map(|at| at as u32)
+                .ok_or_else(|| format!("knows no class {class:?}; it knows {}", known.classes.join(", ")))
+        };
+        numbers.push(given.classes.iter().map(number).collect::<std::result::Result<_, _>>()?);
+    }
+    let columns = numbers.iter().cycle();
+    Ok(labels.values().iter().zip(columns).map(|(label, numbers)| numbers[*label as usize]).collect())
+}

@@ -1,0 +1,57 @@
+//! Options for the certainty of a model: samples that are unknown to it, and sets of classes.
+
+use clap::Args;
+use taxel::Card;
+use taxel::learn::certainty::AnswerSet;
+
+/// The class of a sample that is unlike those that the model has learned from.
+pub const UNKNOWN: &str = "unknown";
+/// Share of familiar samples that may be answered so.
+const FALSE_ALARMS: f32 = 0.05;
+
+/// `--unknown` and `--set`.
+#[derive(Args, Clone, Copy)]
+pub struct CertaintyOptions {
+    /// Says `unknown` for samples that are less familiar than this share of held-out samples, in place of their likeliest class; 0
+    /// never does [default: 0.05 where the model knows what is familiar].
+    #[arg(long, value_name = "SHARE")]
+    unknown: Option<f32>,
+    /// Adds the set of classes that holds the true one in this share of cases: 0.8, 0.9, 0.95 or 0.99.
+    #[arg(long, value_name = "SHARE")]
+    set: Option<f64>,
+}
+
+impl CertaintyOptions {
+    /// Returns the familiarity up to which a sample is unknown, and the sets; refuses what the model does not have.
+    pub fn of(&self, card: &Card) -> Result<(f32, Option<AnswerSet>), String> {
+        let certainty = card.certainty.as_ref();
+        let has_gate = certainty.is_some_and(|certainty| certainty.seen.is_some());
+        let how = "fit it from a run folder, or calibrate it on own recordings (taxel calibrate)";
+        let limit = match self.unknown {
+            Some(share) if !(0.0..1.0).contains(&share) => {
+                return Err(format!("--unknown {share}: is a share from 0 and below 1, as 0.05"));
+            }
+            Some(share) if share > 0.0 && !has_gate => {
+                return Err(format!(
+                    "--unknown {share}: {} does not know which samples are familiar; {how}; methods without logits, as k-NN, \
+                     cannot",
+                    card.name
+                ));
+            }
+            Some(share) => share,
+            None if has_gate => FALSE_ALARMS,
+            None => 0.0,
+        };
+        let sets = match self.set {
+            None => None,
+            Some(share) => match certainty.map(|certainty| (certainty, certainty.sets_at(share))) {
+                Some((_, Some(sets))) => Some(sets.clone()),
+                Some((certainty, None)) if !certainty.sets.is_empty() => {
+                    return Err(format!("--set {share}: sets are made for 0.8, 0.9, 0.95 and 0.99"));
+                }
+                _ => return Err(format!("--set {share}: {} is not calibrated; {how}", card.name)),
+            },
+        };
+        Ok((limit, sets))
+    }
+}

@@ -1,0 +1,63 @@
+//! `taxel calibrate`: probabilities that are right as often as they say.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Args;
+use taxel::{Model, ReadOptions};
+
+use crate::CommandResult;
+use crate::commands::arguments::model_recordings::ModelRecordings;
+use crate::commands::arguments::option_hints::with_option_hint;
+use crate::commands::arguments::output_format::OutputFormat;
+use crate::commands::arguments::paths::check_model_output;
+use crate::{out, outln};
+
+/// Fits the probabilities of a model to labelled recordings that it has not learned from.
+///
+/// Nothing is trained and no answer changes; only how sure the model says that it is. `taxel fit RUN` does the same with the
+/// test parts of the run. Give recordings as the model will meet them: of other objects, sessions or people than those of the
+/// training, with their group.
+#[derive(Args)]
+#[command(
+    after_help = "Example:  taxel calibrate glove.safetensors new-objects/ --output glove-calibrated.safetensors"
+)]
+pub struct Calibrate {
+    /// The model file.
+    model: PathBuf,
+    /// Labelled recordings, 30 or more.
+    data: PathBuf,
+    /// The model file to write, `.safetensors`.
+    #[arg(long, short, value_name = "FILE")]
+    output: PathBuf,
+    #[command(flatten)]
+    read_options: ReadOptions,
+    #[command(flatten)]
+    format: OutputFormat,
+}
+
+impl Calibrate {
+    pub fn run(self) -> CommandResult {
+        check_model_output(&self.output)?;
+        let model = Model::open(&self.model)?;
+        let recordings = ModelRecordings { data: &self.data, read_options: &self.read_options, as_is: None };
+        let (recordings, options) = recordings.of(model.card())?;
+        let dataset = taxel::load(&self.data, &options).map_err(|e| with_option_hint(e, None))?;
+        if dataset.len() != recordings.x.shape()[0] {
+            let (file, labelled, all) = (self.data.display(), dataset.len(), recordings.x.shape()[0]);
+            return Err(format!(
+                "{file}: {labelled} of {all} samples have labels; label all or leave the others out"
+            )
+            .into());
+        }
+        let calibrated = model.calibrated(&recordings.x, &dataset)?;
+        calibrated.save(&self.output)?;
+        if self.format.is_json() {
+            outln!("{}", serde_json::to_string_pretty(calibrated.card())?);
+        } else {
+            out!("{}", calibrated.card());
+            outln!("model        {}", self.output.display());
+        }
+        Ok(ExitCode::SUCCESS)
+    }
+}

@@ -1,0 +1,108 @@
+//! Whether the latest decisions are like those that a model was fitted on.
+
+use std::collections::VecDeque;
+
+use serde_json::{Value, json};
+use taxel::Card;
+
+use crate::terminal::messages::warn;
+
+/// Decisions that are looked at.
+const LAST: usize = 100;
+/// Unknown ones of them from which on the stream has drifted: of familiar windows 5 are, and 13 or more once in two thousand times.
+const UNKNOWN: usize = 13;
+/// How far the mean confidence may fall below that of held-out samples.
+const LESS_SURE: f64 = 0.2;
+
+/// The latest decisions on whole windows.
+pub struct Drift {
+    /// Whether each was unknown, and how sure.
+    last: VecDeque<(bool, f64)>,
+    /// Mean probability of the answers that the model was fitted on; none of one that is not calibrated.
+    wanted: Option<f64>,
+    is_said: bool,
+}
+
+impl Drift {
+    pub fn new(card: &Card) -> Self {
+        let wanted = card.certainty.as_ref().and_then(|certainty| certainty.confidence);
+        Drift { last: VecDeque::with_capacity(LAST), wanted, is_said: false }
+    }
+
+    /// Takes a decision, and warns once where the last hundred are unlike those that the model was fitted on.
+    pub fn push(&mut self, is_unknown: bool, confidence: f64) {
+        if self.wanted.is_none() {
+            return;
+        }
+        if self.last.len() == LAST {
+            self.last.pop_front();
+        }
+        self.last.push_back((is_unknown, confidence));
+        let words = if self.last.len() == LAST && !self.is_said { self.words() } else { None };
+        if let Some(words) = words {
+            self.is_said = true;
+            warn(words);
+        }
+    }
+
+    /// Says what is wrong with a hundred decisions.
+    fn words(&self) -> Option<String> {
+        let wanted = self.wanted?;
+        let (unknown, sure) = self.means()?;
+        let (unknown, low) = ((unknown * LAST as f64).round() as usize, sure < wanted - LESS_SURE);
+        let why = match (unknown >= UNKNOWN, low) {
+            (true, _) => format!(
+                "{unknown} of the last {LAST} windows are unknown to the model, where 5 are to be expected"
+            ),
+            (false, true) => format!(
+                "the last {LAST} answers are {:.0} % sure on average, and were {:.0} % on the samples that the model was fitted on",
+                100.0 * sure,
+                100.0 * wanted
+            ),
+            (false, false) => return None,
+        };
+        Some(format!(
+            "the stream has drifted: {why}; look at the sensor, record again, and calibrate or fit anew. It is said once"
+        ))
+    }
+
+    /// Returns the share that is unknown, and the mean confidence.
+    fn means(&self) -> Option<(f64, f64)> {
+        let count = self.last.len() as f64;
+        let unknown = self.last.iter().filter(|(is_unknown, _)| *is_unknown).count() as f64;
+        let sure: f64 = self.last.iter().map(|(_, sure)| sure).sum();
+        (count > 0.0).then(|| (unknown / count, sure / count))
+    }
+
+    /// Returns the same for the summary.
+    pub fn json(&self) -> Value {
+        match self.means() {
+            Some((unknown, sure)) => json!({
+                "windows": self.last.len(), "unknown": unknown, "confidence": sure, "confidence_when_fitted": self.wanted,
+            }),
+            None => Value::Null,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn drift(decisions: impl Iterator<Item = (bool, f64)>) -> Option<String> {
+        let mut drift = Drift { last: VecDeque::new(), wanted: Some(0.9), is_said: true };
+        decisions.for_each(|(is_unknown, sure)| drift.push(is_unknown, sure));
+        drift.words()
+    }
+
+    #[test]
+    fn a_stream_drifts_where_too_much_is_unknown_or_unsure() {
+        assert_eq!(drift((0..200).map(|i| (i % 10 == 0, 0.85))), None);
+        // The last hundred count.
+        assert!(
+            drift((0..200).map(|i| (i > 180, 0.9))).is_some_and(|words| words.contains("19 of the last 100"))
+        );
+        assert_eq!(drift((0..200).map(|i| (i < 80, 0.9))), None);
+        assert!(drift((0..100).map(|_| (false, 0.6))).is_some_and(|words| words.contains("60 % sure")));
+    }
+}
