@@ -76,12 +76,13 @@ fn run(sweep: &Path) {
     assert!(output.status.success(), "{}", said(&output));
 }
 
-/// Run folders and results of a sweep.
+/// Run folders and results of a sweep, but for the file that a killed process had begun to write.
 fn results(sweep: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let all = ["runs", "results"].into_iter();
     all.flat_map(|part| {
         contents(&sweep.join(part)).into_iter().map(move |(path, b)| (Path::new(part).join(path), b))
     })
+    .filter(|(path, _)| path.extension().is_none_or(|ending| ending != "part"))
     .collect()
 }
 
@@ -96,7 +97,8 @@ fn entries(folder: &Path) -> usize {
 
 fn finished(sweep: &Path) -> usize {
     let Ok(entries) = std::fs::read_dir(sweep.join("results")) else { return 0 };
-    entries.filter(|e| !e.as_ref().unwrap().path().to_str().unwrap().ends_with(".timing.json")).count()
+    let is_result = |path: &str| !path.ends_with(".timing.json") && !path.ends_with(".part");
+    entries.filter(|e| is_result(e.as_ref().unwrap().path().to_str().unwrap())).count()
 }
 
 /// Whether `process` has claimed a trial and works on it.
