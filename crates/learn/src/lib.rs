@@ -66,6 +66,7 @@ pub use run::cross_validation::CrossValidation;
 pub use run::environment::{Environment, cores, program};
 pub use run::folder::{Identity, RunFolder};
 pub use run::gather::gather;
+pub use run::kept::{read_kept, write_kept};
 pub use run::leaks::Leak;
 pub use run::lock::Lock;
 pub use run::options::{RunOptions, threads};

@@ -142,6 +142,7 @@ fn levels_agree_with_scikit_learn() {
 fn probabilities_of_several_attributes_are_scored_attribute_by_attribute() {
     let levels = Levels::new(&[2, 3]);
     assert_eq!((levels.sizes(), levels.outputs()), (&[2, 3][..], 5));
+    assert_eq!(levels.confidence(&[0.2, 0.8, 0.5, 0.3, 0.2]), 0.5, "the least sure attribute");
     // Three samples of two attributes, side by side and then each by itself.
     let both = [
         [0.75, 0.25, 0.5, 0.25, 0.25].as_slice(),

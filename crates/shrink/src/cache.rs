@@ -4,10 +4,12 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 
+use serde::Serialize;
 use serde::de::DeserializeOwned;
-use serde::{Deserialize, Serialize};
 use taxel_data::{Dataset, Fold};
-use taxel_learn::{Candidate, Encoder, FoldKey, FoldRecord, OneFold, Progress, Teacher, Tested};
+use taxel_learn::{
+    Candidate, Encoder, FoldKey, FoldRecord, OneFold, Progress, Teacher, Tested, read_kept, write_kept,
+};
 use taxel_trainer::{Experiment, Variant, prepared};
 use taxel_zoo::Registry;
 
@@ -60,13 +62,6 @@ pub struct Request<'q> {
     pub fold: &'q Fold,
     /// Teacher that it learns from.
     pub teacher: Option<&'q Teacher>,
-}
-
-/// A record with the digest of all that it depends on.
-#[derive(Serialize, Deserialize)]
-struct Kept<T> {
-    of: String,
-    value: T,
 }
 
 impl<'a> Cache<'a> {
@@ -171,15 +166,7 @@ impl<'a> Cache<'a> {
     /// # Errors
     /// A damaged file.
     pub fn kept<T: DeserializeOwned>(&self, of: &str) -> Result<Option<T>> {
-        let path = self.path(of);
-        let text = match std::fs::read_to_string(&path) {
-            Ok(text) => text,
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
-            Err(error) => return Err(Error::file(&path, error)),
-        };
-        let read = |error| Error::file(&path, format!("{error}; delete it and go on with --resume"));
-        let kept: Kept<T> = serde_json::from_str(&text).map_err(read)?;
-        Ok((kept.of == of).then_some(kept.value))
+        Ok(read_kept(&self.records, of)?)
     }
 
     /// Keeps something under a digest.
@@ -187,14 +174,7 @@ impl<'a> Cache<'a> {
     /// # Errors
     /// A file that cannot be written.
     pub fn keep<T: Serialize>(&self, of: &str, value: &T) -> Result<()> {
-        let path = self.path(of);
-        let kept = Kept { of: of.into(), value };
-        let text = serde_json::to_string(&kept).map_err(|error| Error::file(&path, error))?;
-        taxel_base::files::write_whole(&path, text.as_bytes()).map_err(|error| Error::file(&path, error))
-    }
-
-    fn path(&self, of: &str) -> PathBuf {
-        self.records.join(format!("{}.json", of.get(..24).unwrap_or(of)))
+        Ok(write_kept(&self.records, of, value)?)
     }
 
     /// Returns a digest for values computed from trainings, such as a ranking.

@@ -2,6 +2,7 @@
 
 use taxel_data::{Padding, SampleSpec, Task};
 use taxel_encodings::NumaTac;
+use taxel_learn::metrics::Levels;
 use taxel_learn::{Card, Predictor, Transform, Workspace};
 
 use crate::contact::Contact;
@@ -21,8 +22,7 @@ pub struct Decider {
     window: Window,
     health: Health,
     contact: Option<Contact>,
-    /// Sizes of the attributes.
-    sizes: Vec<usize>,
+    levels: Levels,
     hop: usize,
     before: usize,
     early: Option<f32>,
@@ -109,7 +109,7 @@ impl Decider {
             probabilities: vec![0.0; card.levels().outputs()],
             familiarity: None,
             unknown: options.unknown,
-            sizes: card.levels().sizes().to_vec(),
+            levels: card.levels(),
             hop: options.hop.unwrap_or((ticks / 4).max(1)),
             before,
             early: options.early,
@@ -221,16 +221,8 @@ impl Decider {
         let predicted = self.predictor.predict_start(&mut self.workspace, &self.sample, seen)?;
         self.probabilities.copy_from_slice(predicted);
         self.familiarity = self.predictor.familiarity(&mut self.workspace, seen);
-        let Some(least) = self.early.filter(|_| !self.is_unknown()) else { return Ok(false) };
-        let mut rest = self.probabilities.as_slice();
-        for size in &self.sizes {
-            let (attribute, after) = rest.split_at(*size);
-            if !attribute.iter().any(|probability| *probability >= least) {
-                return Ok(false);
-            }
-            rest = after;
-        }
-        Ok(true)
+        let early = self.early.filter(|_| !self.is_unknown());
+        Ok(early.is_some_and(|least| self.levels.confidence(&self.probabilities) >= least))
     }
 
     /// Begins the next window: this one is full.

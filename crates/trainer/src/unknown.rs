@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use taxel_data::{Fold, Task};
 use taxel_learn::certainty::{UnknownDraw, UnknownScores, UnknownTrial, WithoutClasses};
-use taxel_learn::{Candidate, Encoder, Encoding, FoldKey, OneFold, Predictor, Progress, RunFolder};
+use taxel_learn::{Candidate, Encoder, FoldKey, OneFold, Predictor, Progress, RunFolder};
 
 use crate::error::Result;
 use crate::run::Runner;
@@ -46,6 +46,7 @@ impl Runner<'_> {
         let (mut scores, mut done) = (vec![], 0);
         progress.start(total as u64);
         for candidate in &candidates {
+            encoder.prepare(&candidate.inputs())?;
             let mut own = UnknownScores { network: candidate.name.clone(), draws: vec![] };
             for left_out in &draws {
                 let mut trainings = vec![];
@@ -53,17 +54,10 @@ impl Runner<'_> {
                     let key = FoldKey { network: candidate.name.clone(), repetition: 0, fold: number };
                     done += 1;
                     progress.fold(&key, done, total);
+                    let (encoder, labels) = (&encoder, labels.as_slice());
                     let training =
-                        Training { runner: self, candidate, left_out, labels: &labels, key, threads };
-                    let of = training.digest(fold);
-                    let found = match folder.without_classes(&of)? {
-                        Some(found) => Some(found),
-                        None => {
-                            let made = training.run(fold, cancel)?;
-                            made.iter().try_for_each(|made| folder.keep_without_classes(&of, made))?;
-                            made
-                        }
-                    };
+                        Training { runner: self, encoder, candidate, left_out, labels, key, threads };
+                    let found = training.kept_or_run(folder, fold, cancel)?;
                     let Some(found) = found.filter(|_| !cancel.load(Ordering::Relaxed)) else {
                         progress.finish();
                         let (done, folder) = (done - 1, folder.path().display().to_string());
@@ -85,6 +79,8 @@ impl Runner<'_> {
 /// One training without some classes.
 struct Training<'a> {
     runner: &'a Runner<'a>,
+    /// Has prepared the candidate's inputs.
+    encoder: &'a Encoder<'a>,
     candidate: &'a Candidate,
     left_out: &'a [u32],
     labels: &'a [u32],
@@ -106,15 +102,28 @@ impl Training<'_> {
         blake3::hash(parts.to_string().as_bytes()).to_hex().to_string()
     }
 
+    /// Reads the training from a run folder, or trains and keeps it there; `None` if `cancel` was set.
+    fn kept_or_run(
+        &self,
+        folder: &RunFolder,
+        fold: &Fold,
+        cancel: &AtomicBool,
+    ) -> Result<Option<WithoutClasses>> {
+        let of = self.digest(fold);
+        if let Some(found) = folder.without_classes(&of)? {
+            return Ok(Some(found));
+        }
+        let made = self.run(fold, cancel)?;
+        made.iter().try_for_each(|made| folder.keep_without_classes(&of, made))?;
+        Ok(made)
+    }
+
     fn run(&self, fold: &Fold, cancel: &AtomicBool) -> Result<Option<WithoutClasses>> {
         let Runner { dataset, experiment, .. } = self.runner;
         let config = experiment.config();
         let is_kept = |row: &usize| !self.left_out.contains(&self.labels[*row]);
         let keep = |rows: &[usize]| rows.iter().copied().filter(is_kept).collect();
         let known = Fold { train: keep(&fold.train), test: vec![], validation: keep(&fold.validation) };
-        let encoding: &Encoding = &config.encoding;
-        let mut encoder = Encoder::new(encoding, dataset);
-        encoder.prepare(&self.candidate.inputs())?;
         let one = OneFold {
             candidate: self.candidate,
             protocol: &config.protocol,
@@ -124,14 +133,14 @@ impl Training<'_> {
             teacher: None,
             threads: self.threads,
         };
-        let Some(tested) = one.run(&encoder, &mut |_| {}, cancel)? else { return Ok(None) };
+        let Some(tested) = one.run(self.encoder, &mut |_| {}, cancel)? else { return Ok(None) };
         let predictor = tested.model.predictor(BATCH, self.threads)?;
         // Logits of two networks do not lie in the same place.
-        let own = match tested.model.card().graph() {
+        let places = match tested.model.card().graph() {
             Some(_) => {
                 let (rows, logits) = answers(&predictor, dataset, &known.train)?;
                 let truth: Vec<u32> = rows.iter().map(|row| self.labels[*row]).collect();
-                WithoutClasses::own_places(self.left_out, dataset.output_names().len(), &logits, &truth)
+                WithoutClasses::places_of(self.left_out, dataset.output_names().len(), &logits, &truth)
             }
             None => None,
         };
@@ -142,7 +151,7 @@ impl Training<'_> {
             truth: rows.iter().map(|row| self.labels[*row]).collect(),
             rows,
             logits,
-            own,
+            places,
         }))
     }
 }

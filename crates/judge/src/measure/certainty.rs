@@ -1,6 +1,6 @@
 //! How sure the rows of a run may be, by the predictions that it stores.
 
-use taxel_learn::certainty::{Certainty, HeldOut, HeldOutParts, Reliability, UnknownDraw, UnknownScores};
+use taxel_learn::certainty::{Certainty, HeldOut, HeldOutParts, UnknownDraw, UnknownScores};
 
 use crate::case::Case;
 use crate::error::Result;
@@ -12,18 +12,19 @@ use crate::values::{RowCertainty, UnknownMeans};
 /// A damaged `unknown.json`.
 pub(super) fn certainty(case: &Case) -> Result<Vec<RowCertainty>> {
     let (levels, results) = (case.levels(), &case.results);
-    let parts = if results.protocol.keeps_groups() { HeldOutParts::Groups } else { HeldOutParts::Mixed };
+    let parts = HeldOutParts::of(&results.protocol);
     let tried = case.folder.unknown()?.unwrap_or_default();
     let mut all = vec![];
     for name in case.compared() {
         let Some(held) = HeldOut::of_folds(case.records(name), &case.dataset) else { return Ok(vec![]) };
-        let fitted = Certainty::fit(&held, &levels, parts, &case.dataset.digest, results.seed)?;
-        let Some(certainty) = fitted else { continue };
+        let (digest, seed) = (&case.dataset.digest, results.seed);
+        let fitted = Certainty::fit_with_reliability(&held, &levels, parts, digest, seed)?;
+        let Some((certainty, reliability)) = fitted else { continue };
         let scores = tried.iter().find(|row| row.network == name);
         all.push(RowCertainty {
             network: name.into(),
             certainty,
-            reliability: Reliability::of(&held, &levels),
+            reliability,
             unknown: scores.and_then(means),
         });
     }

@@ -3,7 +3,7 @@
 use ndarray::{ArrayD, Axis};
 use rayon::prelude::*;
 use taxel_data::Padding;
-use taxel_learn::metrics::{Levels, Metric, Outcome};
+use taxel_learn::metrics::{Metric, Outcome};
 
 use super::parts::{BATCH, RawOutputs, TestPart, outcome, parts, predict};
 use super::threads::on;
@@ -109,7 +109,7 @@ impl EarlyScores {
             self.refused[at] += refused.len();
             if let Outcome::Labels { probabilities, .. } = &outcome {
                 let rows = probabilities.chunks_exact(levels.outputs().max(1));
-                self.sure[at].extend(rows.map(|row| least_sure(row, &levels)));
+                self.sure[at].extend(rows.map(|row| levels.confidence(row)));
                 // No prediction is never sure.
                 refused.iter().for_each(|row| self.sure[at][first + row] = -1.0);
             }
@@ -152,17 +152,6 @@ impl EarlyScores {
     }
 }
 
-/// Returns the least of the attributes' highest probabilities.
-fn least_sure(row: &[f32], levels: &Levels) -> f32 {
-    let mut rest = row;
-    let highest = |size: &usize| {
-        let (part, after) = rest.split_at(*size);
-        rest = after;
-        part.iter().copied().fold(0.0f32, f32::max)
-    };
-    levels.sizes().iter().map(highest).fold(f32::INFINITY, f32::min)
-}
-
 #[cfg(test)]
 mod tests {
     use taxel_data::Task;
@@ -197,6 +186,5 @@ mod tests {
         assert_eq!(of(0.7), want(0.7, 50.0, 40.0, 100.0));
         assert_eq!(of(0.95), want(0.95, 100.0, 65.0, 50.0));
         assert_eq!(of(0.99), want(0.99, 100.0, 100.0, 0.0));
-        assert_eq!(least_sure(&[0.2, 0.8, 0.5, 0.3, 0.2], &Levels::new(&[2, 3])), 0.5);
     }
 }

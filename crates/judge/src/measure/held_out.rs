@@ -2,8 +2,8 @@
 
 use ndarray::{ArrayD, Axis};
 use rayon::prelude::*;
+use taxel_learn::FoldKey;
 use taxel_learn::certainty::{HeldOut, Place, fitted_apart};
-use taxel_learn::{FoldKey, Predictor};
 
 use super::apart::Apart;
 use super::early::{SHARES, started};
@@ -30,7 +30,7 @@ pub struct HeldOutRow {
 /// # Errors
 /// Models that are missing.
 pub fn held_out(case: &Case, name: &str, threads: usize) -> Result<Option<HeldOutRow>> {
-    let Some(none) = HeldOut::of_dataset(&case.dataset) else { return Ok(None) };
+    let Some(none) = no_samples(case, name)? else { return Ok(None) };
     let mut whole = vec![none.clone()];
     let alone = |clean: &ArrayD<f32>| vec![clean.clone()];
     gather(case, (name, usize::MAX), threads, &mut whole, &alone)?;
@@ -54,7 +54,7 @@ pub fn held_out(case: &Case, name: &str, threads: usize) -> Result<Option<HeldOu
 pub(super) fn apart(case: &Case, names: &[&str], most: usize, threads: usize) -> Result<Apart> {
     let mut all = Apart::new();
     for name in names {
-        let Some(none) = HeldOut::of_dataset(&case.dataset) else { return Ok(all) };
+        let Some(none) = no_samples(case, name)? else { return Ok(all) };
         let mut whole = vec![none];
         gather(case, (name, most), threads, &mut whole, &|clean| vec![clean.clone()])?;
         let of_folds = whole.iter().flat_map(|held| fitted_apart(held, &case.levels()));
@@ -63,16 +63,29 @@ pub(super) fn apart(case: &Case, names: &[&str], most: usize, threads: usize) ->
     Ok(all)
 }
 
-/// Finds where the model of a fold has the samples that it was trained on; one for each of the tenths and the whole. None where
-/// one cannot be encoded.
-fn own_places(case: &Case, key: &FoldKey, predictor: &Predictor) -> Result<Vec<Vec<Place>>> {
+/// Begins without samples, but with the places of the models of a row. None of values.
+fn no_samples(case: &Case, name: &str) -> Result<Option<HeldOut>> {
+    let Some(mut none) = HeldOut::of_dataset(&case.dataset) else { return Ok(None) };
+    for record in case.first_repetition(name) {
+        let places = places_of(case, &record.key)?;
+        none.places.extend(places.map(|places| (record.key.fold as u32, places)));
+    }
+    Ok(Some(none))
+}
+
+/// Finds where the network of a fold has the samples that it was trained on. None of a baseline, and where one cannot be
+/// encoded.
+fn places_of(case: &Case, key: &FoldKey) -> Result<Option<Vec<Place>>> {
+    let model = case.model(key)?;
+    if model.card().graph().is_none() {
+        return Ok(None);
+    }
     // A record that is not the protocol's is scored all the same.
-    let Ok(rows) = trained_on(case, key) else { return Ok(vec![]) };
+    let Ok(rows) = trained_on(case, key) else { return Ok(None) };
     let samples = case.dataset.x.select(Axis(0), &rows);
-    let Ok(logits) = predictor.logits(&samples) else { return Ok(vec![]) };
+    let Ok(logits) = model.predictor(BATCH, 1)?.logits(&samples) else { return Ok(None) };
     let labels = case.dataset.targets.labels().map_or(vec![], |labels| labels.of(&rows));
-    let places = Place::of_logits(&logits, &labels, &case.levels());
-    Ok(places.map_or(vec![], |places| vec![places; SHARES.len()]))
+    Ok(Place::of_logits(&logits, &labels, &case.levels()))
 }
 
 /// Predicts what `inputs` makes of the test samples of each part, and adds each to its own of `all`.
@@ -88,14 +101,7 @@ fn gather(
         let clean = case.dataset.x.select(Axis(0), &part.rows);
         let inputs = inputs(&clean);
         for key in &part.keys {
-            let model = case.model(key)?;
-            let predictor = model.predictor(BATCH, 1)?;
-            if model.card().graph().is_some() {
-                let own = own_places(case, key, &predictor)?;
-                all.iter_mut().zip(&own).for_each(|(held, own)| {
-                    held.own.insert(part.fold as u32, own.clone());
-                });
-            }
+            let predictor = case.model(key)?.predictor(BATCH, 1)?;
             let predict =
                 || inputs.par_iter().map(|x| predict(&predictor, &clean, x)).collect::<Result<Vec<_>>>();
             let outputs = on(taxel_learn::threads(Some(threads)), predict)?;

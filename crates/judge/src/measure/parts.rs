@@ -6,7 +6,7 @@ use ndarray::{ArrayD, Axis};
 use rayon::prelude::*;
 use taxel_data::Targets;
 use taxel_faults::{Fault, Sensor};
-use taxel_learn::certainty::{Seen, tempered};
+use taxel_learn::certainty::{FALSE_ALARMS, Seen, answers, tempered};
 use taxel_learn::guard::{Guard, ReplacedElement};
 use taxel_learn::metrics::{Levels, Outcome};
 use taxel_learn::{FoldKey, FoldRecord, Predictor, mended};
@@ -23,8 +23,6 @@ use crate::values::Alarms;
 pub(super) const BATCH: usize = 64;
 /// The probability from which on an answer is sure.
 const SURE: f32 = 0.9;
-/// The familiarity up to which a sample is unknown.
-const FALSE_ALARMS: f32 = 0.05;
 
 /// Rows of the data set that a fold tests, with the models that have not seen them.
 pub(super) struct TestPart {
@@ -75,19 +73,14 @@ impl SureCount {
         let (truth, _) = outcome.labels();
         let mut probabilities = outputs.outputs.clone();
         tempered(&mut probabilities, levels.sizes(), *temperature);
-        let predicted = levels.predicted(&probabilities);
-        let width = levels.sizes().len().max(1);
         let mut count = SureCount::default();
-        let rows = probabilities.chunks_exact(levels.outputs().max(1));
-        for (at, mut row) in rows.enumerate() {
+        for (at, answers) in answers(&probabilities, truth, levels).into_iter().enumerate() {
             let is_refused = outputs.refused.contains(&at);
-            for (attribute, size) in levels.sizes().iter().enumerate() {
-                let answer = predicted[at * width + attribute];
-                let is_sure = !is_refused && row[answer as usize] >= SURE;
+            for (sure, is_right) in answers {
+                let is_sure = !is_refused && sure >= f64::from(SURE);
                 count.answers += 1;
                 count.sure += usize::from(is_sure);
-                count.right += usize::from(is_sure && truth[at * width + attribute] == answer);
-                row = &row[*size..];
+                count.right += usize::from(is_sure && is_right);
             }
         }
         let mut scratch = vec![];

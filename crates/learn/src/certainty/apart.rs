@@ -15,11 +15,11 @@ pub fn fitted_apart(held: &HeldOut, levels: &Levels) -> BTreeMap<u32, (f64, Opti
         let others = if others.is_empty() { held.divided() } else { others.divided() };
         let temperature = fitted_temperature(&others.probabilities, &others.truth, levels.sizes());
         // That of the model which is judged.
-        let gate =
-            Seen::fit(&others, levels).and_then(|gate| match (gate.places.is_empty(), held.own.get(&part)) {
-                (true, own) => Some(Seen { places: own?.clone(), ..gate }),
-                (false, _) => Some(gate),
-            });
+        let own = held.places.get(&part);
+        let gate = Seen::fit(&others, levels).and_then(|gate| match (gate.places.is_empty(), own) {
+            (true, own) => Some(Seen { places: own?.clone(), ..gate }),
+            (false, _) => Some(gate),
+        });
         (part, (temperature.unwrap_or(1.0), gate))
     };
     held.each_part().into_iter().map(fit).collect()

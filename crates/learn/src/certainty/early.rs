@@ -4,9 +4,10 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use crate::certainty::answers::answers;
 use crate::certainty::held_out::HeldOut;
 use crate::certainty::temperature::{fitted_temperature, tempered};
-use crate::metrics::Levels;
+use crate::metrics::{Levels, wilson};
 
 /// Confidences that are tried.
 const CONFIDENCES: [f64; 7] = [0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.99];
@@ -36,8 +37,8 @@ impl EarlyRecord {
     /// the temperatures of the others.
     pub(super) fn all(starts: &[HeldOut], levels: &Levels) -> Vec<Self> {
         let Some(whole) = starts.last().filter(|whole| !whole.is_empty()) else { return vec![] };
-        let sure: Vec<BTreeMap<(u32, usize), (f32, bool)>> =
-            starts.iter().map(|start| answers(start, levels)).collect();
+        let sure: Vec<BTreeMap<(u32, usize), (f64, bool)>> =
+            starts.iter().map(|start| by_place(start, levels)).collect();
         let mut counts: BTreeMap<&[u32], usize> = BTreeMap::new();
         whole
             .truth
@@ -47,8 +48,7 @@ impl EarlyRecord {
         let record = |&confidence: &f64| {
             let (mut decided, mut right, mut seen) = (0, 0, 0.0);
             for place in sure[starts.len() - 1].keys() {
-                let answer =
-                    |at: &usize| sure[*at].get(place).filter(|(sure, _)| f64::from(*sure) >= confidence);
+                let answer = |at: &usize| sure[*at].get(place).filter(|(sure, _)| *sure >= confidence);
                 let at = (0..starts.len() - 1).find(|at| answer(at).is_some());
                 seen += at.map_or(1.0, |at| (at + 1) as f64 / starts.len() as f64);
                 if let Some((_, is_right)) = at.and_then(|at| answer(&at)) {
@@ -71,17 +71,13 @@ impl EarlyRecord {
     /// Checks whether decisions at this confidence are no better than chance, as far as held-out samples can tell: the lower
     /// end of a one-sided 95 % interval (Wilson 1927) is not above the share of the commonest answer. False without a decision.
     pub fn is_chance(&self) -> bool {
-        let n = self.decided as f64;
-        let spread = Z * (self.right * (1.0 - self.right) / n + Z * Z / (4.0 * n * n)).sqrt();
-        let lower = (self.right + Z * Z / (2.0 * n) - spread) / (1.0 + Z * Z / n);
-        self.decided > 0 && lower <= self.chance
+        self.decided > 0 && wilson(self.right, self.decided as f64, Z)[0] <= self.chance
     }
 }
 
 /// Returns how sure the answer to each sample is, the least of all attributes, and whether all are right: by part and position in
 /// the data set.
-fn answers(start: &HeldOut, levels: &Levels) -> BTreeMap<(u32, usize), (f32, bool)> {
-    let width = levels.sizes().len();
+fn by_place(start: &HeldOut, levels: &Levels) -> BTreeMap<(u32, usize), (f64, bool)> {
     let mut all = BTreeMap::new();
     for part in start.each_part() {
         let others = start.select(|row| start.parts[row] != part);
@@ -89,17 +85,9 @@ fn answers(start: &HeldOut, levels: &Levels) -> BTreeMap<(u32, usize), (f32, boo
         let temperature = fitted_temperature(&others.probabilities, &others.truth, levels.sizes());
         let mut probabilities = own.probabilities;
         tempered(&mut probabilities, levels.sizes(), temperature.unwrap_or(1.0));
-        let predicted = levels.predicted(&probabilities);
-        let rows = probabilities.chunks_exact(levels.outputs()).zip(predicted.chunks_exact(width));
-        for ((place, truth), (mut row, predicted)) in
-            own.rows.iter().zip(own.truth.chunks_exact(width)).zip(rows)
-        {
-            let mut least = 1.0f32;
-            for (size, answer) in levels.sizes().iter().zip(predicted) {
-                least = least.min(row[*answer as usize]);
-                row = &row[*size..];
-            }
-            all.insert((part, *place), (least, truth == predicted));
+        for (place, answers) in own.rows.iter().zip(answers(&probabilities, &own.truth, levels)) {
+            let least = answers.iter().map(|(sure, _)| *sure).fold(1.0, f64::min);
+            all.insert((part, *place), (least, answers.iter().all(|(_, right)| *right)));
         }
     }
     all

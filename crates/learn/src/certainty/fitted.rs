@@ -5,16 +5,17 @@ use std::fmt::{self, Display, Formatter};
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
 
+use crate::certainty::answers::answers;
 use crate::certainty::early::EarlyRecord;
-use crate::certainty::held_out::{HeldOut, OF_GROUP};
+use crate::certainty::held_out::{HeldOut, LEAST, OF_GROUP};
+use crate::certainty::reliability::Reliability;
 use crate::certainty::seen::{Seen, tenth_of};
 use crate::certainty::sets::AnswerSet;
 use crate::certainty::temperature::{fitted_temperature, matched_temperature, tempered};
 use crate::error::Result;
 use crate::metrics::{BINS, Levels};
+use crate::run::protocol::Protocol;
 
-/// Fewest predictions that say something about certainty.
-const LEAST: usize = 30;
 /// Draws of a model whose probabilities are right.
 const DRAWS: usize = 200;
 
@@ -90,6 +91,13 @@ pub enum HeldOutParts {
     Recordings,
 }
 
+impl HeldOutParts {
+    /// Says how the folds of a protocol hold samples out.
+    pub fn of(protocol: &Protocol) -> Self {
+        if protocol.keeps_groups() { HeldOutParts::Groups } else { HeldOutParts::Mixed }
+    }
+}
+
 /// Expected calibration errors (Guo et al. 2017), 0..1.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -116,20 +124,36 @@ impl Certainty {
         digest: &str,
         seed: u64,
     ) -> Result<Option<Self>> {
+        let fitted = Self::fit_with_reliability(held, levels, parts, digest, seed)?;
+        Ok(fitted.map(|(certainty, _)| certainty))
+    }
+
+    /// Fits as [`Certainty::fit`], and sorts the same answers by how sure they are.
+    ///
+    /// # Errors
+    /// As [`Certainty::fit`].
+    pub fn fit_with_reliability(
+        held: &HeldOut,
+        levels: &Levels,
+        parts: HeldOutParts,
+        digest: &str,
+        seed: u64,
+    ) -> Result<Option<(Self, Reliability)>> {
         let held = &held.divided();
         let fitted = fitted_temperature(&held.probabilities, &held.truth, levels.sizes());
         let Some(temperature) = fitted.filter(|_| held.len() >= LEAST) else { return Ok(None) };
-        let after = at_other_temperatures(held, levels);
+        let after = at_other_temperatures(held, levels, temperature);
         let error =
             |held: &HeldOut| levels.calibration(&held.probabilities, &held.truth).map(|(error, _)| error);
-        let answers = answers(&after, levels);
+        let answers = answers(&after.probabilities, &after.truth, levels);
         let groups = held.by_group();
         let gap = |members: &Vec<usize>| {
-            let gaps = members.iter().flat_map(|row| &answers[*row]).map(|(sure, right)| sure - right);
+            let all = members.iter().flat_map(|row| &answers[*row]);
+            let gaps = all.map(|(sure, right)| sure - f64::from(u8::from(*right)));
             (gaps.sum::<f64>() / (members.len() * levels.sizes().len()) as f64).abs()
         };
         let large = groups.iter().filter(|members| members.len() >= OF_GROUP);
-        Ok(Some(Certainty {
+        let certainty = Certainty {
             temperature,
             tenths: vec![],
             early: vec![],
@@ -149,7 +173,8 @@ impl Certainty {
             sets: AnswerSet::fit(&after, levels),
             under_faults: None,
             seen: None,
-        }))
+        };
+        Ok(Some((certainty, Reliability::of(&answers))))
     }
 }
 
@@ -193,20 +218,18 @@ impl Certainty {
     }
 }
 
-fn mean_confidence(answers: &[Vec<(f64, f64)>]) -> f64 {
+fn mean_confidence(answers: &[Vec<(f64, bool)>]) -> f64 {
     let all = answers.iter().flatten();
     all.clone().map(|(sure, _)| sure).sum::<f64>() / all.count().max(1) as f64
 }
 
-/// Returns the predictions of each part at the temperature that the other parts fit, or all together where these are few.
-pub(super) fn at_other_temperatures(held: &HeldOut, levels: &Levels) -> HeldOut {
-    let held = held.divided();
-    let fit = |held: &HeldOut| fitted_temperature(&held.probabilities, &held.truth, levels.sizes());
-    let of_all = fit(&held).unwrap_or(1.0);
+/// Returns the predictions of each part at the temperature that the other parts fit, or at that `of_all` where these are few.
+fn at_other_temperatures(held: &HeldOut, levels: &Levels, of_all: f64) -> HeldOut {
     let mut after = held.clone();
     for part in held.each_part() {
         let others = held.select(|row| held.parts[row] != part);
-        let of_others = fit(&others).filter(|_| others.len() >= LEAST).unwrap_or(of_all);
+        let fitted = fitted_temperature(&others.probabilities, &others.truth, levels.sizes());
+        let of_others = fitted.filter(|_| others.len() >= LEAST).unwrap_or(of_all);
         for (row, values) in after.probabilities.chunks_exact_mut(levels.outputs().max(1)).enumerate() {
             if held.parts[row] == part {
                 tempered(values, levels.sizes(), of_others);
@@ -216,26 +239,8 @@ pub(super) fn at_other_temperatures(held: &HeldOut, levels: &Levels) -> HeldOut 
     after
 }
 
-/// Returns the probability of the answer of each attribute of each sample, and 1 where it is right.
-pub(super) fn answers(held: &HeldOut, levels: &Levels) -> Vec<Vec<(f64, f64)>> {
-    let predicted = levels.predicted(&held.probabilities);
-    let width = levels.sizes().len();
-    let rows = held.probabilities.chunks_exact(levels.outputs());
-    let labels = predicted.chunks_exact(width).zip(held.truth.chunks_exact(width));
-    let of_row = |(mut row, (predicted, truth)): (&[f32], (&[u32], &[u32]))| {
-        let mut all = vec![];
-        for ((size, answer), label) in levels.sizes().iter().zip(predicted).zip(truth) {
-            let (of_attribute, rest) = row.split_at(*size);
-            all.push((f64::from(of_attribute[*answer as usize]), f64::from(u8::from(answer == label))));
-            row = rest;
-        }
-        all
-    };
-    rows.zip(labels).map(of_row).collect()
-}
-
 /// Returns the mean calibration error where each answer is right as often as its probability says.
-fn floor(answers: &[Vec<(f64, f64)>], seed: u64) -> f64 {
+fn floor(answers: &[Vec<(f64, bool)>], seed: u64) -> f64 {
     let width = answers.first().map_or(1, Vec::len);
     let mut rng = taxel_base::seed::rng(seed, "calibration-floor");
     let mut sum = 0.0;

@@ -8,6 +8,8 @@ use crate::certainty::place::Place;
 use crate::metrics::Outcome;
 use crate::run::records::FoldRecord;
 
+/// Fewest samples that something is fitted to.
+pub(super) const LEAST: usize = 30;
 /// Fewest samples of a group that is looked at.
 pub(super) const OF_GROUP: usize = 5;
 
@@ -28,7 +30,7 @@ pub struct HeldOut {
     pub groups: Option<Vec<u32>>,
     /// Where the model of each part has the samples that it has learned, if that is known: logits of two networks do not lie in
     /// the same place.
-    pub own: BTreeMap<u32, Vec<Place>>,
+    pub places: BTreeMap<u32, Vec<Place>>,
 }
 
 impl HeldOut {
@@ -95,7 +97,7 @@ impl HeldOut {
     pub(super) fn divided(&self) -> Self {
         /// Parts of samples without groups.
         const PARTS: u32 = 5;
-        if self.each_part().len() != 1 || !self.own.is_empty() {
+        if self.each_part().len() != 1 || !self.places.is_empty() {
             return self.clone();
         }
         let by_group = self.groups.clone().filter(|groups| groups.iter().any(|group| *group != groups[0]));
@@ -118,7 +120,7 @@ impl HeldOut {
             parts: of_rows(&self.parts, &rows, self.len()),
             rows: of_rows(&self.rows, &rows, self.len()),
             groups: self.groups.as_ref().map(|groups| of_rows(groups, &rows, self.len())),
-            own: self.own.clone(),
+            places: self.places.clone(),
         }
     }
 

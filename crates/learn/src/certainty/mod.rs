@@ -6,6 +6,7 @@
 //! parts of a run, or own recordings. The same predictions give [sets](AnswerSet) of classes that hold the true one as often as they
 //! say, and a [gate](Seen) that tells samples unlike any that was learned.
 
+mod answers;
 mod apart;
 mod early;
 mod fitted;
@@ -17,13 +18,14 @@ mod sets;
 mod temperature;
 mod unknown;
 
+pub use answers::answers;
 pub use apart::fitted_apart;
 pub use early::EarlyRecord;
 pub use fitted::{CalibrationErrors, Certainty, FittedOn, HeldOutParts, SureAnswers};
 pub use held_out::HeldOut;
 pub use place::Place;
 pub use reliability::{Reliability, ReliabilityBin};
-pub use seen::Seen;
+pub use seen::{FALSE_ALARMS, Seen};
 pub use sets::AnswerSet;
 pub use temperature::{fitted_temperature, matched_temperature, tempered};
 pub use unknown::{UnknownDraw, UnknownScores, UnknownTrial, WithoutClasses};

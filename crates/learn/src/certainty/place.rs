@@ -37,16 +37,11 @@ pub(super) fn distance(places: &[Place], logits: &[f32], scratch: &mut Vec<f64>)
 impl Place {
     /// Finds where logits `[n, outputs]` of samples with labels `[n, attributes]` lie; none where they have no variance.
     pub fn of_logits(logits: &[f32], truth: &[u32], levels: &Levels) -> Option<Vec<Self>> {
-        let (outputs, width, mut first) = (levels.outputs(), levels.sizes().len(), 0);
-        let mut all = vec![];
-        for (attribute, &size) in levels.sizes().iter().enumerate() {
-            let rows: Vec<&[f32]> =
-                logits.chunks_exact(outputs).map(|row| &row[first..first + size]).collect();
-            let labels: Vec<u32> = truth.iter().skip(attribute).step_by(width).copied().collect();
-            all.push(Place::fit(&rows, &labels)?);
-            first += size;
-        }
-        Some(all)
+        let of_attribute = |(logits, labels, size): (Vec<f32>, Vec<u32>, usize)| {
+            let rows: Vec<&[f32]> = logits.chunks_exact(size.max(1)).collect();
+            Place::fit(&rows, &labels)
+        };
+        levels.of_each(logits, truth).into_iter().map(of_attribute).collect()
     }
 
     fn fit(rows: &[&[f32]], labels: &[u32]) -> Option<Self> {

@@ -2,9 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::certainty::fitted::{answers, at_other_temperatures};
-use crate::certainty::held_out::HeldOut;
-use crate::metrics::{BINS, Levels};
+use crate::metrics::BINS;
 
 /// Answers of about the same certainty.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -31,26 +29,26 @@ pub struct Reliability {
 
 impl Reliability {
     /// Sorts held-out answers, each part at the temperature of the others.
-    pub fn of(held: &HeldOut, levels: &Levels) -> Self {
-        let after = at_other_temperatures(held, levels);
-        let mut all: Vec<(f64, f64)> = answers(&after, levels).concat();
+    pub(super) fn of(answers: &[Vec<(f64, bool)>]) -> Self {
+        let mut all: Vec<(f64, bool)> = answers.concat();
         all.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let mean = |of: &[(f64, f64)], value: fn(&(f64, f64)) -> f64| {
+        let mean = |of: &[(f64, bool)], value: fn(&(f64, bool)) -> f64| {
             of.iter().map(value).sum::<f64>() / of.len() as f64
         };
+        let right: fn(&(f64, bool)) -> f64 = |answer| f64::from(u8::from(answer.1));
         let number = |sure: f64| ((sure * BINS as f64).ceil() as usize).clamp(1, BINS);
         let mut bins: Vec<ReliabilityBin> = all
             .chunk_by(|a, b| number(a.0) == number(b.0))
             .map(|bin| ReliabilityBin {
                 answers: bin.len(),
                 sure: mean(bin, |answer| answer.0),
-                right: mean(bin, |answer| answer.1),
+                right: mean(bin, right),
             })
             .collect();
         bins.reverse();
         let share = |tenth: usize| {
             let count = (all.len() * tenth).div_ceil(10);
-            (count > 0).then(|| mean(&all[..count], |answer| answer.1))
+            (count > 0).then(|| mean(&all[..count], right))
         };
         Reliability { bins, surest: (1..=10).filter_map(share).collect() }
     }
@@ -59,13 +57,14 @@ impl Reliability {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::certainty::answers::answers;
+    use crate::metrics::Levels;
 
     #[test]
     fn the_surest_answers_come_first_and_bins_hold_all() {
         let probabilities = [[0.9f32, 0.1], [0.8, 0.2], [0.55, 0.45], [0.2, 0.8]].concat().repeat(10);
         let truth = [0, 0, 1, 0].repeat(10);
-        let held = HeldOut { probabilities, truth, parts: vec![0; 40], ..HeldOut::default() };
-        let found = Reliability::of(&held, &Levels::new(&[2]));
+        let found = Reliability::of(&answers(&probabilities, &truth, &Levels::new(&[2])));
         assert_eq!(found.bins.iter().map(|bin| bin.answers).sum::<usize>(), 40);
         assert!(found.bins.is_sorted_by(|a, b| a.sure < b.sure));
         assert_eq!((found.surest[1], found.surest[9], found.surest.len()), (1.0, 0.5, 10));

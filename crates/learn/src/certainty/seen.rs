@@ -2,14 +2,14 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::certainty::held_out::HeldOut;
+use crate::certainty::held_out::{HeldOut, LEAST};
 use crate::certainty::place::{Place, distance};
 use crate::metrics::Levels;
 
 /// Distances of held-out samples that are kept: the share of samples that are farther is known to a hundredth.
 const RANKS: usize = 100;
-/// Fewest held-out samples whose distances are ranked.
-const LEAST: usize = 30;
+/// The familiarity up to which a sample is unknown, where nothing else is said: the share of known samples that are refused too.
+pub const FALSE_ALARMS: f32 = 0.05;
 
 /// The gate of a model: how far the logits of a sample are from those of the classes, by the relative Mahalanobis distance
 /// (Ren et al. 2021, equation 3), and how far held-out samples were.
@@ -37,8 +37,11 @@ impl Seen {
     /// logits are equal.
     pub fn fit(held: &HeldOut, levels: &Levels) -> Option<Self> {
         let distances = ranked(distances(held, held, levels)?);
-        let places =
-            if held.own.is_empty() { Place::of_logits(&held.logits, &held.truth, levels)? } else { vec![] };
+        let places = if held.places.is_empty() {
+            Place::of_logits(&held.logits, &held.truth, levels)?
+        } else {
+            vec![]
+        };
         Some(Seen { places, distances, tenths: vec![] })
     }
 
@@ -55,8 +58,8 @@ impl Seen {
         distance(&self.places, logits, scratch)
     }
 
-    /// Returns the familiarity of a row of logits: the share of held-out samples that are at least as far, 0.01..1. At 0.05 or
-    /// below the sample is unlike those that were learned. `share` of the sample is there, above 0 and at most 1; none of a
+    /// Returns the familiarity of a row of logits: the share of held-out samples that are at least as far, 0.01..1. At
+    /// [`FALSE_ALARMS`] or below the sample is unlike those that were learned. `share` of the sample is there, above 0 and at most 1; none of a
     /// beginning where that was not measured.
     pub fn familiarity(&self, logits: &[f32], share: f64, scratch: &mut Vec<f64>) -> Option<f32> {
         let distances = if share >= 1.0 { &self.distances } else { tenth_of(&self.tenths, share)? };
@@ -105,8 +108,8 @@ fn distances(held: &HeldOut, of: &HeldOut, levels: &Levels) -> Option<Vec<f64>> 
     }
     let (mut all, mut scratch) = (vec![], vec![]);
     for part in of.each_part() {
-        let others = match held.own.get(&part) {
-            Some(own) => own.clone(),
+        let others = match held.places.get(&part) {
+            Some(places) => places.clone(),
             None => {
                 let others = held.select(|row| held.parts[row] != part);
                 Place::of_logits(&others.logits, &others.truth, levels)?
@@ -192,7 +195,7 @@ mod tests {
         let mut share = |logits: &[f32]| {
             let refused = logits
                 .chunks_exact(3)
-                .filter(|row| seen.familiarity(row, 1.0, &mut scratch) <= Some(0.05))
+                .filter(|row| seen.familiarity(row, 1.0, &mut scratch) <= Some(FALSE_ALARMS))
                 .count();
             refused as f64 / (logits.len() / 3) as f64
         };

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::certainty::held_out::HeldOut;
 use crate::certainty::place::Place;
-use crate::certainty::seen::Seen;
+use crate::certainty::seen::{FALSE_ALARMS, Seen};
 use crate::metrics::Levels;
 use crate::problem::{Problem, within};
 
@@ -64,8 +64,8 @@ pub struct WithoutClasses {
     /// Their logits `[n, classes]`, those of the classes that were left out too.
     pub logits: Vec<f32>,
     /// Where the logits of its training samples lie, of the classes that were learned; none of a baseline.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub own: Option<Vec<Place>>,
+    #[serde(alias = "own", default, skip_serializing_if = "Option::is_none")]
+    pub places: Option<Vec<Place>>,
 }
 
 /// How well the gate of a row tells classes that it has not learned.
@@ -92,7 +92,7 @@ pub struct UnknownDraw {
     pub auroc: f64,
     /// The same of one less the highest probability: what no gate gives.
     pub auroc_softmax: f64,
-    /// Share of the unknown samples that are refused at a familiarity of 0.05, 0..1.
+    /// Share of the unknown samples that are refused at a familiarity of [`FALSE_ALARMS`], 0..1.
     pub refused: f64,
     /// Share of the known samples that are, 0..1: false alarms.
     pub false_alarms: f64,
@@ -110,10 +110,10 @@ impl UnknownDraw {
             let mut others = HeldOut::default();
             for other in trainings.iter().filter(|other| other.fold != own.fold) {
                 other.add_known(&kept, classes, &mut others);
-                others.own.extend(other.own.clone().map(|own| (other.fold, own)));
+                others.places.extend(other.places.clone().map(|places| (other.fold, places)));
             }
             let gate = Seen::fit(&others.divided(), &levels)?;
-            let gate = match &own.own {
+            let gate = match &own.places {
                 Some(places) => Seen { places: places.clone(), ..gate },
                 None => gate,
             };
@@ -126,7 +126,7 @@ impl UnknownDraw {
             }
         }
         let refused = |all: &[(f64, f64, f32)]| {
-            all.iter().filter(|(.., familiarity)| *familiarity <= 0.05).count() as f64
+            all.iter().filter(|(.., familiarity)| *familiarity <= FALSE_ALARMS).count() as f64
                 / all.len().max(1) as f64
         };
         let area = |score: fn(&(f64, f64, f32)) -> f64| {
@@ -150,14 +150,14 @@ impl UnknownDraw {
 impl WithoutClasses {
     /// Finds where logits `[n, classes]` of the training samples lie, of which `truth` are the classes. None where they have no
     /// variance.
-    pub fn own_places(left_out: &[u32], classes: usize, logits: &[f32], truth: &[u32]) -> Option<Vec<Place>> {
+    pub fn places_of(left_out: &[u32], classes: usize, logits: &[f32], truth: &[u32]) -> Option<Vec<Place>> {
         let all = WithoutClasses {
             classes: left_out.to_vec(),
             fold: 0,
             rows: vec![0; truth.len()],
             truth: truth.to_vec(),
             logits: logits.to_vec(),
-            own: None,
+            places: None,
         };
         let kept: Vec<usize> = (0..classes).filter(|class| !left_out.contains(&(*class as u32))).collect();
         let mut held = HeldOut::default();
@@ -241,7 +241,7 @@ mod tests {
                 rows: (0..60).collect(),
                 logits: logits.collect(),
                 truth,
-                own: None,
+                places: None,
             }
         };
         let trainings: Vec<WithoutClasses> = (0..4).map(&mut training).collect();
@@ -253,8 +253,8 @@ mod tests {
         let moved = |training: &WithoutClasses| {
             let off = 50.0 * training.fold as f32;
             let logits: Vec<f32> = training.logits.iter().map(|value| value + off).collect();
-            let own = WithoutClasses::own_places(&[3], 4, &logits, &training.truth);
-            WithoutClasses { logits, own, ..training.clone() }
+            let places = WithoutClasses::places_of(&[3], 4, &logits, &training.truth);
+            WithoutClasses { logits, places, ..training.clone() }
         };
         let moved = UnknownDraw::of(&trainings.iter().map(moved).collect::<Vec<_>>(), 4).unwrap();
         assert!(moved.auroc > 0.98 && moved.refused > 0.9 && moved.false_alarms < 0.15, "{moved:?}");

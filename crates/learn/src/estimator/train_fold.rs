@@ -108,7 +108,7 @@ fn left_out(job: &FoldJob, set: &TrainingSet, fitted: &dyn Fitted) -> Result<Opt
         groups,
         ..HeldOut::default()
     };
-    let parts = if job.protocol.keeps_groups() { HeldOutParts::Groups } else { HeldOutParts::Mixed };
+    let parts = HeldOutParts::of(job.protocol);
     let certainty = Certainty::fit(&held, &levels, parts, &dataset.digest, job.seed)?;
     Ok(certainty.map(|certainty| certainty.with_logits(&held, &[], &levels)))
 }

@@ -235,7 +235,7 @@ impl Samples {
 }
 
 /// Returns the bounds of a share of `samples` by Wilson's score (1927), `z` being the quantile of the confidence.
-fn wilson(share: f64, samples: f64, z: f64) -> [f64; 2] {
+pub(crate) fn wilson(share: f64, samples: f64, z: f64) -> [f64; 2] {
     let more = z.powi(2) / samples;
     let middle = (share + more / 2.0) / (1.0 + more);
     let half = (more * (share * (1.0 - share) + more / 4.0)).max(0.0).sqrt() / (1.0 + more);

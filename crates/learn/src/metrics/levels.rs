@@ -74,12 +74,25 @@ impl Levels {
         levels
     }
 
-    /// Returns probabilities `[n, outputs]` and labels `[n, attributes]` of each attribute, with the number of its levels.
-    fn of_each(&self, probabilities: &[f32], labels: &[u32]) -> Vec<(Vec<f32>, Vec<u32>, usize)> {
+    /// Returns how sure a row of probabilities `[outputs]` is: the least of the attributes' highest ones, 0..1. Nothing is
+    /// allocated.
+    pub fn confidence(&self, probabilities: &[f32]) -> f32 {
+        let mut rest = probabilities;
+        let highest = |size: &usize| {
+            let (own, others) = rest.split_at(*size);
+            rest = others;
+            own.iter().copied().fold(0.0, f32::max)
+        };
+        self.sizes.iter().map(highest).fold(1.0, f32::min)
+    }
+
+    /// Returns values `[n, outputs]`, such as probabilities, and labels `[n, attributes]` of each attribute, with the number of
+    /// its levels.
+    pub(crate) fn of_each(&self, values: &[f32], labels: &[u32]) -> Vec<(Vec<f32>, Vec<u32>, usize)> {
         let outputs = self.outputs().max(1);
         let mut first = 0;
         let of_attribute = |(attribute, &size): (usize, &usize)| {
-            let rows = probabilities.chunks_exact(outputs);
+            let rows = values.chunks_exact(outputs);
             let of_size = rows.flat_map(|row| &row[first..first + size]).copied().collect();
             first += size;
             (of_size, self.column(labels, attribute), size)

@@ -29,6 +29,7 @@ use serde::{Deserialize, Serialize};
 use crate::error::{Error, Result};
 
 pub use bootstrap::{Clusters, bootstrap, central, quantile};
+pub(crate) use interval::wilson;
 pub use interval::{FEW_GROUPS, MeanEstimate, Terms, t_quantile};
 pub use levels::{LevelScores, Levels};
 pub use outcome::Outcome;

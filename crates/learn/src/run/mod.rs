@@ -6,6 +6,7 @@ pub(crate) mod environment;
 pub(crate) mod finished;
 pub(crate) mod folder;
 pub(crate) mod gather;
+pub(crate) mod kept;
 pub(crate) mod leaks;
 pub(crate) mod lock;
 pub(crate) mod model_latency;

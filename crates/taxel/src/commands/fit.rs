@@ -111,10 +111,10 @@ impl Fit {
         // What the run measured counts before what the method says of its own samples.
         let own = model.card().certainty.clone();
         let certainty = certainty.or(own).filter(|_| !self.no_calibration);
-        let model = model.with_score(score).with_certainty(None);
+        let model = model.with_score(score);
         let model = match certainty {
             Some(certainty) => model.with_certainty_of(certainty, &dataset)?,
-            None => model,
+            None => model.with_certainty(None),
         };
         model.save(&self.output)?;
         taxel::learn::forget(&session)?;
@@ -202,7 +202,7 @@ impl Fit {
             records.extend(folder.record(key)?);
         }
         let Some(held) = HeldOut::of_folds(&records, dataset) else { return Ok(None) };
-        let parts = if results.protocol.keeps_groups() { HeldOutParts::Groups } else { HeldOutParts::Mixed };
+        let parts = HeldOutParts::of(&results.protocol);
         let levels = Levels::of_task(&results.task);
         let certainty = Certainty::fit(&held, &levels, parts, &dataset.digest, results.seed)?;
         let Some(certainty) = certainty else {

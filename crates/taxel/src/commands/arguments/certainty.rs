@@ -2,12 +2,10 @@
 
 use clap::Args;
 use taxel::Card;
-use taxel::learn::certainty::AnswerSet;
+use taxel::learn::certainty::{AnswerSet, FALSE_ALARMS};
 
 /// The class of a sample that is unlike those that the model has learned from.
 pub const UNKNOWN: &str = "unknown";
-/// Share of familiar samples that may be answered so.
-const FALSE_ALARMS: f32 = 0.05;
 
 /// `--unknown` and `--set`.
 #[derive(Args, Clone, Copy)]

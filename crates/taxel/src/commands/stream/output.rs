@@ -256,25 +256,14 @@ impl StreamSummary {
         }
     }
 
-    /// Returns the least of the attributes' highest probabilities.
-    fn confidence(&self, probabilities: &[f32]) -> f64 {
-        let mut rest = probabilities;
-        let highest = |size: &usize| {
-            let (own, others) = rest.split_at(*size);
-            rest = others;
-            own.iter().copied().fold(0.0, f32::max)
-        };
-        f64::from(self.levels.sizes().iter().map(highest).fold(1.0, f32::min))
-    }
-
     pub fn decided(&mut self, decision: &Decision, latency: Duration) {
         self.decisions += 1;
         self.early += u64::from(decision.is_early());
         self.refused += u64::from(decision.probabilities().is_err());
         self.unknown += u64::from(decision.is_unknown);
         if let Some(probabilities) = decision.probabilities().ok().filter(|_| !decision.is_early()) {
-            let confidence = self.confidence(probabilities);
-            self.drift.push(decision.is_unknown, confidence);
+            let confidence = self.levels.confidence(probabilities);
+            self.drift.push(decision.is_unknown, f64::from(confidence));
         }
         self.latencies.push(latency);
     }
