@@ -14,8 +14,8 @@ use std::io::{self, Read};
 const MAX_HEADER: usize = 1 << 20;
 /// Values per read.
 const CHUNK: usize = 1 << 14;
-/// Capacity claimed on the header's word alone; beyond it memory grows with the data.
-const MAX_TRUST: u64 = 1 << 24;
+/// Values that memory is claimed for on the header's word alone; beyond them it grows with the data.
+const MAX_TRUST: u64 = 1 << 23;
 /// The largest integer up to which f32 holds every integer.
 const EXACT: u64 = 1 << 24;
 
