@@ -5,7 +5,7 @@ mod common;
 
 use common::{f32s, files, i64s, labels, npy, npz, refused, samples};
 use image::RgbImage;
-use taxel_data::{Dataset, Layout, ReadOptions, SampleSpec, Source, load};
+use taxel_data::{Dataset, Layout, ReadOptions, SampleSpec, Source, check, load};
 use tempfile::tempdir;
 
 fn read(path: &std::path::Path) -> Dataset {
@@ -196,9 +196,15 @@ fn a_full_scale_far_below_the_samples_is_refused() {
         )
     );
     assert_eq!(of(&counts, 500.0), Ok(Some(500.0)), "an overshoot");
+    let pulls: Vec<f32> = counts.iter().map(|value| -value).collect();
+    assert!(of(&pulls, 1.0).unwrap_err().contains("values reach 999, 99.8 %"));
     // A skin of which little is touched is scaled wrongly as well; a damaged reading is none of the sensor.
     let touched: Vec<f32> = (0..2000).map(|at| if at % 100 == 0 { 50.0 } else { 0.0 }).collect();
     assert!(of(&touched, 1.0).unwrap_err().contains("values reach 50, 100.0 %"));
     let damaged: Vec<f32> = (0..2000).map(|at| if at == 7 { 1e9 } else { count(at) + 1.0 }).collect();
     assert_eq!(of(&damaged, 1023.0), Ok(Some(1023.0)));
+    let broken: Vec<f32> = (0..2000).map(|at| if at < 5 { f32::INFINITY } else { count(at) }).collect();
+    assert!(of(&broken, 1023.0).is_err());
+    let problems = check(&folder.path().join("grasps.npz")).unwrap().problems.join("\n");
+    assert!(problems.contains("inf") && !problems.contains("full_scale"), "{problems}");
 }

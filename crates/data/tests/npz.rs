@@ -24,6 +24,7 @@ fn an_archive_is_read_deflated_and_stored() {
     assert_eq!(plain, deflated);
     let card = check(&folder.path().join("grasps.npz")).unwrap();
     assert_eq!(card.other_arrays, ["t"]);
+    assert!(card.to_string().contains("\nalso holds  t (group"), "{card}");
 
     // As data.npz it goes by its folder; the content and so the digest are the same.
     std::fs::rename(folder.path().join("grasps.npz"), folder.path().join("data.npz")).unwrap();

@@ -47,6 +47,17 @@ fn light_that_goes_with_the_class_is_seen() {
 }
 
 #[test]
+fn channel_means_are_those_of_at_most_eight_channels() {
+    let count = |shape: &[usize]| {
+        let x = ArrayD::from_shape_fn(shape, |at| (7 * at[0] % 11 + at[1]) as f32);
+        let y: Vec<u32> = (0..shape[0] as u32).map(|row| row % 2).collect();
+        Shortcut::of(&x, &y, None, None).unwrap().statistics.len()
+    };
+    // Features are no channels.
+    assert_eq!([&[40, 8, 2][..], &[40, 9, 2], &[40, 4]].map(count), [12, 4, 4]);
+}
+
+#[test]
 fn what_a_session_tells_is_no_reason_where_groups_are_known() {
     let (x, y, groups) = images(0.0, 20.0);
     let x = flat(&x);

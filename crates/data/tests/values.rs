@@ -56,8 +56,16 @@ fn floats_are_values_and_never_classes() {
     assert_eq!(whole.task(), Task::Values(vec![Quantity { name: "y".into(), unit: None }]));
     let two = write(&[0.0; 8], &[4, 2]).unwrap();
     assert_eq!(two.output_names(), ["y-0", "y-1"]);
+    let equal = write(&[1.0; 4], &[4]).unwrap();
+    assert_eq!(equal.output_names(), ["y"], "a column of ones is no one-hot class");
     let error = write(&[0.0, 1.0, f32::NAN, 3.0], &[4]).unwrap_err().to_string();
     assert!(error.contains("skin.npz: y[2]") && error.contains("NaN"), "{error}");
-    let error = write(&[0.0, 1.0, 2.0], &[3]).unwrap_err().to_string();
-    assert!(error.contains('3') && error.contains('4'), "{error}");
+    let mut rows = [0.5; 8];
+    rows[5] = f32::NAN;
+    let error = write(&rows, &[4, 2]).unwrap_err().to_string();
+    assert!(error.contains("skin.npz: y[2]: value at [1] is NaN"), "{error}");
+    for (count, said) in [(3, '3'), (5, '5')] {
+        let error = write(&vec![0.5; count], &[count]).unwrap_err().to_string();
+        assert!(error.contains(said) && error.contains('4'), "{error}");
+    }
 }

@@ -112,3 +112,26 @@ fn vote(table: &[Vec<f64>], at: usize, others: impl Iterator<Item = (usize, u32)
     // `max_by_key` returns the last of equals: in reversed order the nearest.
     nearest.iter().rev().map(|(_, class)| *class).max_by_key(|class| votes(*class))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::vote;
+
+    /// Votes of others at these distances.
+    fn of(others: &[(f64, u32)]) -> Option<u32> {
+        let places = [0.0].into_iter().chain(others.iter().map(|(far, _)| *far));
+        let table: Vec<Vec<f64>> = places.map(|place| vec![place]).collect();
+        vote(&table, 0, others.iter().enumerate().map(|(at, (_, class))| (at + 1, *class)))
+    }
+
+    #[test]
+    fn the_five_nearest_vote_and_of_equals_the_nearer_ones_win() {
+        assert_eq!(of(&[(1.0, 0), (2.0, 1), (3.0, 1), (4.0, 1), (5.0, 1)]), Some(1));
+        let mut seven = [(1.0, 0), (2.0, 0), (3.0, 1), (4.0, 1), (5.0, 0), (6.0, 1), (7.0, 1)];
+        assert_eq!(of(&seven), Some(0), "the sixth and the seventh do not vote");
+        seven.reverse();
+        assert_eq!(of(&seven), Some(0), "in any order");
+        assert_eq!(of(&[(1.0, 2), (2.0, 1), (3.0, 1), (4.0, 0), (5.0, 0)]), Some(1));
+        assert_eq!(of(&[]), None);
+    }
+}
