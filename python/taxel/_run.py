@@ -136,8 +136,8 @@ def cross_validate(
     protocol : int or dict, optional
         Number of folds, or the table `[protocol]`. Default stratified 5-fold.
     baselines : list, optional
-        Names (`"mini-rocket"`) or tables (`{"name": "k-nn", "k": 3}`); by default all five, none more where a
-        :class:`taxel.MiniRocket` is among the networks. `[]` for none.
+        Names (`"mini-rocket"`) or tables (`{"name": "k-nn", "k": 3}`); by default all that learn such targets, none
+        more where a :class:`taxel.MiniRocket` is among the networks. `[]` for none.
     out : path, optional
         The run folder, by default one that lasts as long as what is returned. Samples in memory are kept in it as
         `recordings.npz`, so that the command line can judge and fit from it.

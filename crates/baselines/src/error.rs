@@ -9,6 +9,8 @@ pub enum Error {
     Shape { values: usize, channels: usize, length: usize },
     #[error("sample {sample} holds {value}; repair the recording or leave it out")]
     NotFinite { sample: usize, value: f32 },
+    #[error("the target of sample {sample} is {value}; repair it or leave the sample out")]
+    Target { sample: usize, value: f32 },
     #[error("{labels} labels for {samples} samples; one each is needed")]
     Labels { labels: usize, samples: usize },
     #[error("label {label} is not one of {classes} classes")]
@@ -29,5 +31,10 @@ pub type Result<T> = std::result::Result<T, Error>;
 impl Error {
     pub(crate) fn setting(name: &'static str, value: impl ToString, reason: &'static str) -> Self {
         Error::Setting { name, value: value.to_string(), reason }
+    }
+
+    /// Refuses memory that another method made.
+    pub(crate) fn foreign_workspace() -> Self {
+        Error::setting("workspace", "another method's", "make one with this method's `workspace`")
     }
 }

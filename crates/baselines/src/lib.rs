@@ -1,7 +1,8 @@
 //! Methods that cost almost nothing, and that a network has to beat.
 //!
-//! All take series `[n, channels, length]` with one class each and give a score per class, the largest
-//! for the predicted one: [`Method::fit`] learns from the training part, [`Fitted::scores`] predicts.
+//! All take series `[n, channels, length]`. With one class each they give a score per class, the largest for the predicted
+//! one: [`Method::fit`] learns from the training part, [`Fitted::scores`] predicts. With values they predict these:
+//! [`Method::fit_values`].
 //!
 //! ```
 //! use taxel_baselines::{Method, Series};
@@ -11,26 +12,36 @@
 //! let fitted = Method::NearestNeighbours { k: 1 }.fit(&train, &[0, 0, 1, 1], 2, 0, "doc")?;
 //! let scores = fitted.scores(&Series::new(&[0.2, 0.8], 1, 1)?)?;
 //! assert_eq!(scores, [1.0, 0.0, 0.0, 1.0]);
+//! let forces = Method::Mean.fit_values(&train, &[1.0, 1.0, 3.0, 3.0], 1, 0, "doc")?;
+//! assert_eq!(forces.scores(&Series::new(&[0.2], 1, 1)?)?, [2.0]);
 //! # Ok::<(), taxel_baselines::Error>(())
 //! ```
 //!
 //! # Reference
-//! See each method: [`MiniRocket`], [`Ridge`], [`Svm`].
+//! See each method: [`MiniRocket`], [`Ridge`], [`Svm`], [`ExtraTrees`].
 
 mod error;
+mod extra_trees;
+mod grow;
 mod minirocket;
 mod nearest;
 mod ridge;
+mod rocket_values;
 mod saved;
+mod summary;
 mod svm;
+mod values;
 
 pub use error::{Error, Result};
+pub use extra_trees::ExtraTrees;
 pub use minirocket::{Draws, MiniRocket};
-pub use nearest::Nearest;
+pub use nearest::{Nearest, NearestValues};
 pub use ridge::{ALPHAS, FeatureMatrix, Ridge};
+pub use rocket_values::RocketValues;
 pub use saved::Saved;
 pub use svm::{Svm, SvmKernel};
 pub use taxel_kernels::rocket::RocketMemory;
+pub use values::FittedValues;
 
 use serde::{Deserialize, Serialize};
 
@@ -96,21 +107,33 @@ impl<'a> Series<'a> {
 pub enum Method {
     /// The commonest class of the training part, for every sample.
     Majority,
-    /// The commonest class among the `k` nearest training samples (Euclidean).
+    /// The mean of each value in the training part, for every sample (scikit-learn's `DummyRegressor`).
+    Mean,
+    /// The commonest class among the `k` nearest training samples (Euclidean); the mean of their values, each counting alike
+    /// (scikit-learn's `KNeighborsRegressor`).
     #[serde(rename = "k-nn")]
     NearestNeighbours {
-        /// Neighbours that vote. Default 1.
+        /// Neighbours that count. Default 1.
         #[serde(default = "one")]
         k: usize,
     },
-    /// [`MiniRocket`] features, scaled, into a [`Ridge`] classifier.
+    /// [`MiniRocket`] features, scaled, into a [`Ridge`] classifier; for values [`RocketValues`].
     MiniRocket {
         /// About that many features. Default 10,000.
         #[serde(default = "features")]
         features: usize,
     },
-    /// [`Ridge`] regression on the values of the series, for targets that are values.
+    /// [`Ridge`] regression on the readings of the series, for targets that are values.
     Ridge,
+    /// [`ExtraTrees`], for targets that are values.
+    ExtraTrees {
+        /// Trees. Default 100.
+        #[serde(default = "trees")]
+        trees: usize,
+        /// The least samples of a leaf. Default 2.
+        #[serde(default = "min_samples_leaf")]
+        min_samples_leaf: usize,
+    },
     /// [`Svm`] with a linear kernel.
     SvmLinear {
         /// Penalty of a margin's violation. Default 1.
@@ -133,6 +156,14 @@ fn features() -> usize {
     10_000
 }
 
+fn trees() -> usize {
+    100
+}
+
+fn min_samples_leaf() -> usize {
+    2
+}
+
 fn unit() -> f64 {
     1.0
 }
@@ -148,14 +179,20 @@ pub enum Fitted {
     MiniRocket(Box<MiniRocket>, Ridge),
     /// Support vectors.
     Svm(Svm),
-    /// Linear regression on the values of series of this shape (channels, length).
-    Ridge([usize; 2], Ridge),
+    /// A method that learned values.
+    Values(FittedValues),
 }
 
 impl Method {
     /// Returns every method for values with its default settings, cheapest first.
-    pub fn of_values() -> [Method; 1] {
-        [Method::Ridge]
+    pub fn of_values() -> [Method; 5] {
+        [
+            Method::Mean,
+            Method::Ridge,
+            Method::NearestNeighbours { k: one() },
+            Method::MiniRocket { features: features() },
+            Method::ExtraTrees { trees: trees(), min_samples_leaf: min_samples_leaf() },
+        ]
     }
 
     /// Returns every method for classes with its default settings, cheapest first.
@@ -173,11 +210,13 @@ impl Method {
     pub fn name(&self) -> &'static str {
         match self {
             Method::Majority => "majority",
+            Method::Mean => "mean",
             Method::NearestNeighbours { .. } => "k-nn",
             Method::MiniRocket { .. } => "mini-rocket",
             Method::SvmLinear { .. } => "svm-linear",
             Method::SvmRbf { .. } => "svm-rbf",
             Method::Ridge => "ridge",
+            Method::ExtraTrees { .. } => "extra-trees",
         }
     }
 
@@ -185,10 +224,12 @@ impl Method {
     pub fn reference(&self) -> &'static str {
         match self {
             Method::Majority => "the commonest class",
+            Method::Mean => "the mean value",
             Method::NearestNeighbours { .. } => "Cover & Hart 1967",
             Method::MiniRocket { .. } => "Dempster, Schmidt & Webb 2021",
             Method::SvmLinear { .. } | Method::SvmRbf { .. } => "Cortes & Vapnik 1995",
             Method::Ridge => "Hoerl & Kennard 1970",
+            Method::ExtraTrees { .. } => "Geurts, Ernst & Wehenkel 2006",
         }
     }
 
@@ -205,25 +246,30 @@ impl Method {
         }
     }
 
-    /// Checks whether it learns values; all others learn classes.
+    /// Checks whether it learns values.
     pub fn learns_values(&self) -> bool {
-        matches!(self, Method::Ridge)
+        !matches!(self, Method::Majority | Method::SvmLinear { .. } | Method::SvmRbf { .. })
     }
 
-    /// Learns from `train` and values `[n, outputs]`, row-major, all finite.
+    /// Checks whether it learns classes. Some methods learn both.
+    pub fn learns_classes(&self) -> bool {
+        !matches!(self, Method::Mean | Method::Ridge | Method::ExtraTrees { .. })
+    }
+
+    /// Learns from `train` and values `[n, outputs]`, row-major; `seed` and `purpose` key what is drawn at random.
     ///
     /// # Errors
-    /// Values that do not pair up with the series, or a method that learns classes.
-    pub fn fit_values(&self, train: &Series, values: &[f32], outputs: usize) -> Result<Fitted> {
-        if values.len() != train.len() * outputs {
-            return Err(Error::Labels { labels: values.len() / outputs.max(1), samples: train.len() });
-        }
-        if !self.learns_values() {
-            return Err(Error::setting("method", self.name(), "learns classes, and the targets are values"));
-        }
-        let shape = train.shape();
-        let x = FeatureMatrix::new(train.values.to_vec(), shape[0] * shape[1]);
-        Ok(Fitted::Ridge(shape, Ridge::fit_values(&x, values, outputs, &ALPHAS)?))
+    /// Values that do not pair up with the series or are not finite, a method that learns classes alone, or settings and series
+    /// that the method refuses.
+    pub fn fit_values(
+        &self,
+        train: &Series,
+        values: &[f32],
+        outputs: usize,
+        seed: u64,
+        purpose: &str,
+    ) -> Result<Fitted> {
+        FittedValues::fit(self, train, values, outputs, (seed, purpose)).map(Fitted::Values)
     }
 
     /// Learns from `train` and its classes `y`, all below `classes`; `seed` and `purpose` key what is
@@ -253,19 +299,30 @@ impl Method {
             }
             Method::SvmLinear { c } => Fitted::Svm(Svm::fit(train, y, classes, SvmKernel::Linear, c)?),
             Method::SvmRbf { c } => Fitted::Svm(Svm::fit(train, y, classes, SvmKernel::Rbf, c)?),
-            Method::Ridge => {
-                return Err(Error::setting("method", "ridge", "learns values, and the targets are classes"));
-            }
+            Method::Mean | Method::Ridge | Method::ExtraTrees { .. } => return Err(self.refuse_classes()),
         })
+    }
+
+    fn refuse_classes(&self) -> Error {
+        Error::setting("method", self.name(), "learns values, and the targets are classes")
     }
 }
 
 impl Fitted {
-    /// Reads the `method` that had been fitted to series of `shape` (channels, length) and was saved as
+    /// Reads the `method` that had been fitted to values of series of `shape` (channels, length) and was saved as
     /// [`Fitted::tensors`].
     ///
     /// # Errors
-    /// An array that is missing or does not fit.
+    /// An array that is missing or does not fit, or a method that learns classes alone.
+    pub fn read_values(method: &Method, shape: [usize; 2], outputs: usize, saved: &Saved) -> Result<Self> {
+        FittedValues::read(method, shape, outputs, saved).map(Fitted::Values)
+    }
+
+    /// Reads the `method` that had been fitted to classes of series of `shape` (channels, length) and was saved as
+    /// [`Fitted::tensors`].
+    ///
+    /// # Errors
+    /// An array that is missing or does not fit, or a method that learns values alone.
     pub fn read(method: &Method, shape: [usize; 2], classes: usize, saved: &Saved) -> Result<Self> {
         Ok(match *method {
             Method::Majority => Fitted::Majority(saved.sized("shares", classes)?.to_vec()),
@@ -277,12 +334,12 @@ impl Fitted {
             }
             Method::SvmLinear { .. } => Fitted::Svm(Svm::read(SvmKernel::Linear, shape, classes, saved)?),
             Method::SvmRbf { .. } => Fitted::Svm(Svm::read(SvmKernel::Rbf, shape, classes, saved)?),
-            Method::Ridge => Fitted::Ridge(shape, Ridge::read(shape[0] * shape[1], classes, saved)?),
+            Method::Mean | Method::Ridge | Method::ExtraTrees { .. } => return Err(method.refuse_classes()),
         })
     }
 
     /// Computes scores `[n, classes]` from 0 to 1, row-major, each row adding up to 1. They order the classes; only the
-    /// majority's are probabilities. Of [`Method::Ridge`] the values `[n, outputs]`.
+    /// majority's are probabilities. Of a method that learned values these, `[n, outputs]`, in the units of the targets.
     ///
     /// # Errors
     /// Series of another shape than those it was fitted to.
@@ -293,7 +350,7 @@ impl Fitted {
     }
 
     /// Computes what [`Fitted::soften`] turns into scores: decision values of MiniRocket and the SVMs, the scores themselves
-    /// elsewhere.
+    /// elsewhere, values of a method that learned these.
     ///
     /// # Errors
     /// As [`Fitted::scores`].
@@ -303,10 +360,7 @@ impl Fitted {
             Fitted::Nearest(nearest) => nearest.scores(x),
             Fitted::MiniRocket(rocket, ridge) => Ok(ridge.decide(&rocket.transform(x)?)),
             Fitted::Svm(svm) => svm.votes(x),
-            Fitted::Ridge(shape, ridge) => {
-                x.expect(*shape)?;
-                Ok(ridge.decide(&FeatureMatrix::new(x.values.to_vec(), shape[0] * shape[1])))
-            }
+            Fitted::Values(fitted) => fitted.predict(x),
         }
     }
 
@@ -332,6 +386,25 @@ impl Fitted {
         }
     }
 
+    /// Predicts values `[n, outputs]` of the samples that it was fitted to had it not seen their unit (those of one number in
+    /// `units` are left out together): in closed form for both ridges, none of other methods. `values` are the targets that it
+    /// was fitted to. Penalty, scale and MiniRocket's thresholds stay those that were fitted to all samples.
+    ///
+    /// # Errors
+    /// Other samples than those that it was fitted to, or a method that learned classes.
+    pub fn left_out_values(
+        &self,
+        train: &Series,
+        values: &[f32],
+        outputs: usize,
+        units: &[u32],
+    ) -> Result<Option<Vec<f32>>> {
+        match self {
+            Fitted::Values(fitted) if fitted.outputs() == outputs => fitted.left_out(train, values, units),
+            _ => Err(Error::setting("outputs", outputs, "are not the values that it was fitted to")),
+        }
+    }
+
     /// Checks whether it decides by values without bounds, one per class.
     pub fn has_decisions(&self) -> bool {
         matches!(self, Fitted::MiniRocket(..) | Fitted::Svm(_))
@@ -341,13 +414,13 @@ impl Fitted {
     pub fn workspace(&self) -> Workspace {
         Workspace(match self {
             Fitted::Majority(_) => MethodMemory::Majority,
-            Fitted::Nearest(nearest) => MethodMemory::Nearest(vec![0.0; nearest.len()], nearest.best()),
+            Fitted::Nearest(nearest) => MethodMemory::Nearest(nearest.neighbours().memory()),
             Fitted::MiniRocket(rocket, ridge) => {
                 let (features, products) = (vec![0.0; rocket.biases().len()], vec![0.0; ridge.classes()]);
                 MethodMemory::MiniRocket(Box::new(rocket.work()), features, products)
             }
             Fitted::Svm(_) => MethodMemory::Svm(svm::SvmMemory::default()),
-            Fitted::Ridge(_, ridge) => MethodMemory::Ridge(vec![0.0; ridge.classes()]),
+            Fitted::Values(fitted) => MethodMemory::Values(fitted.memory()),
         })
     }
 
@@ -383,10 +456,10 @@ impl Fitted {
         }
         match (self, &mut workspace.0) {
             (Fitted::Majority(shares), MethodMemory::Majority) => scores.copy_from_slice(shares),
-            (Fitted::Nearest(nearest), MethodMemory::Nearest(distances, best))
-                if distances.len() == nearest.len() =>
+            (Fitted::Nearest(nearest), MethodMemory::Nearest(memory))
+                if memory.fits(nearest.neighbours().len()) =>
             {
-                nearest.predict_one(recording, distances, best, scores);
+                nearest.predict_one(recording, memory, scores);
             }
             (Fitted::MiniRocket(rocket, ridge), MethodMemory::MiniRocket(work, features, products))
                 if features.len() == rocket.biases().len() && products.len() == ridge.classes() =>
@@ -395,16 +468,10 @@ impl Fitted {
                 ridge.decide_one(features, products, scores);
             }
             (Fitted::Svm(svm), MethodMemory::Svm(work)) => svm.predict_one(recording, work, scores),
-            (Fitted::Ridge(_, ridge), MethodMemory::Ridge(products)) if products.len() == ridge.classes() => {
-                ridge.decide_one(recording, products, scores);
+            (Fitted::Values(fitted), MethodMemory::Values(memory)) => {
+                return fitted.predict_one(recording, memory, scores);
             }
-            _ => {
-                return Err(Error::setting(
-                    "workspace",
-                    "another method's",
-                    "make one with this method's `workspace`",
-                ));
-            }
+            _ => return Err(Error::foreign_workspace()),
         }
         Ok(())
     }
@@ -413,10 +480,10 @@ impl Fitted {
     fn shape(&self) -> Option<[usize; 2]> {
         match self {
             Fitted::Majority(_) => None,
-            Fitted::Nearest(nearest) => Some(nearest.shape()),
+            Fitted::Nearest(nearest) => Some(nearest.neighbours().shape()),
             Fitted::MiniRocket(rocket, _) => Some(rocket.shape()),
             Fitted::Svm(svm) => Some(svm.shape()),
-            Fitted::Ridge(shape, _) => Some(*shape),
+            Fitted::Values(fitted) => fitted.shape(),
         }
     }
 
@@ -427,7 +494,7 @@ impl Fitted {
             Fitted::Nearest(nearest) => nearest.classes(),
             Fitted::MiniRocket(_, ridge) => ridge.classes(),
             Fitted::Svm(svm) => svm.classes(),
-            Fitted::Ridge(_, ridge) => ridge.classes(),
+            Fitted::Values(fitted) => fitted.outputs(),
         }
     }
 
@@ -436,14 +503,14 @@ impl Fitted {
         self.tensors().iter().map(|(_, _, values)| values.len() as u64).sum()
     }
 
-    /// Counts the multiply-accumulates for one sample; MiniRocket's additions count as such.
+    /// Counts the multiply-accumulates for one sample; MiniRocket's additions and the trees' comparisons count as such.
     pub fn macs(&self) -> u64 {
         match self {
             Fitted::Majority(_) => 0,
-            Fitted::Nearest(nearest) => nearest.macs(),
+            Fitted::Nearest(nearest) => nearest.neighbours().macs(),
             Fitted::MiniRocket(rocket, ridge) => rocket.macs() + ridge.macs(),
             Fitted::Svm(svm) => svm.macs(),
-            Fitted::Ridge(_, ridge) => ridge.macs(),
+            Fitted::Values(fitted) => fitted.macs(),
         }
     }
 
@@ -458,7 +525,7 @@ impl Fitted {
                 tensors
             }
             Fitted::Svm(svm) => svm.tensors(),
-            Fitted::Ridge(_, ridge) => ridge.tensors(),
+            Fitted::Values(fitted) => fitted.tensors(),
         }
     }
 }
@@ -470,13 +537,11 @@ pub struct Workspace(MethodMemory);
 #[derive(Debug)]
 enum MethodMemory {
     Majority,
-    /// Distances, and the nearest.
-    Nearest(Vec<f64>, nearest::Best),
+    Nearest(nearest::NearestMemory),
     /// Of the convolutions, features, and products with the weights of each class.
     MiniRocket(Box<RocketMemory>, Vec<f32>, Vec<f64>),
     Svm(svm::SvmMemory),
-    /// Products with the weights of each value.
-    Ridge(Vec<f64>),
+    Values(values::ValuesMemory),
 }
 
 /// Takes the softmax over each row of `classes` values, in place.

@@ -78,8 +78,7 @@ impl Ridge {
     /// # Errors
     /// No penalties, or one that is not positive.
     pub fn fit(x: &FeatureMatrix, y: &[u32], classes: usize, alphas: &[f64]) -> Result<Self> {
-        let targets = Mat::from_fn(y.len(), classes, |i, c| if y[i] as usize == c { 1.0 } else { -1.0 });
-        Self::fit_targets(x, targets, alphas)
+        Self::fit_targets(x, one_against_the_rest(y, classes), alphas)
     }
 
     /// Fits values `[n, outputs]`, row-major, of samples (scikit-learn's `RidgeCV` on standardised features).
@@ -87,9 +86,7 @@ impl Ridge {
     /// # Errors
     /// As [`Ridge::fit`].
     pub fn fit_values(x: &FeatureMatrix, values: &[f32], outputs: usize, alphas: &[f64]) -> Result<Self> {
-        let n = values.len() / outputs.max(1);
-        let targets = Mat::from_fn(n, outputs, |i, c| f64::from(values[i * outputs + c]));
-        Self::fit_targets(x, targets, alphas)
+        Self::fit_targets(x, rows_of(values, outputs), alphas)
     }
 
     fn fit_targets(x: &FeatureMatrix, mut targets: Mat<f64>, alphas: &[f64]) -> Result<Self> {
@@ -137,7 +134,24 @@ impl Ridge {
     /// # Errors
     /// Features, classes or units of other samples than it was fitted to.
     pub fn left_out(&self, x: &FeatureMatrix, y: &[u32], units: &[u32]) -> Result<Vec<f32>> {
-        let (n, classes) = (y.len(), self.bias.len());
+        self.left_out_targets(x, &one_against_the_rest(y, self.bias.len()), units)
+    }
+
+    /// Computes values `[n, outputs]`, row-major, in the targets' units, as [`Ridge::left_out`] does decision values; `values`
+    /// are the targets that it was fitted to.
+    ///
+    /// # Errors
+    /// As [`Ridge::left_out`].
+    pub fn left_out_values(&self, x: &FeatureMatrix, values: &[f32], units: &[u32]) -> Result<Vec<f32>> {
+        let outputs = self.bias.len();
+        if values.len() != units.len() * outputs {
+            return Err(Error::Labels { labels: values.len() / outputs.max(1), samples: units.len() });
+        }
+        self.left_out_targets(x, &rows_of(values, outputs), units)
+    }
+
+    fn left_out_targets(&self, x: &FeatureMatrix, targets: &Mat<f64>, units: &[u32]) -> Result<Vec<f32>> {
+        let (n, classes) = (targets.nrows(), self.bias.len());
         let refuse = || Error::Labels { labels: units.len(), samples: n };
         if x.width != self.width || x.values.len() != n * self.width || units.len() != n {
             return Err(refuse());
@@ -150,27 +164,18 @@ impl Ridge {
         half.fill(0.0);
         invert_lower_triangular(half.as_mut(), factor.L(), Par::Seq);
         drop(factor);
-        let target = |i: usize, c: usize| if y[i] as usize == c { 1.0 } else { -1.0 };
-        let mean: Vec<f64> =
-            (0..classes).map(|c| (0..n).map(|i| target(i, c)).sum::<f64>() / n as f64).collect();
-        let centred = Mat::from_fn(n, classes, |i, c| target(i, c) - mean[c]);
+        let mean: Vec<f64> = targets.col_iter().map(|column| column.iter().sum::<f64>() / n as f64).collect();
+        let centred = Mat::from_fn(n, classes, |i, c| targets[(i, c)] - mean[c]);
         let dual = half.transpose() * (&half * &centred);
-        let intercept = 1.0 / (n as f64 * (n as f64 + self.alpha));
         let mut members: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
         units.iter().enumerate().for_each(|(row, unit)| members.entry(*unit).or_default().push(row));
         let blocks: Vec<&Vec<usize>> = members.values().collect();
-        let errors = blocks.par_iter().map(|rows| {
-            let columns = Mat::from_fn(n, rows.len(), |i, j| half[(i, rows[j])]);
-            let mut block = columns.transpose() * &columns;
-            block.col_iter_mut().for_each(|column| column.iter_mut().for_each(|value| *value -= intercept));
-            let own = Mat::from_fn(rows.len(), classes, |i, c| dual[(rows[i], c)]);
-            block.partial_piv_lu().solve(own)
-        });
+        let errors = blocks.par_iter().map(|rows| block_errors(&half, &dual, self.alpha, rows));
         let mut values = vec![0.0; n * classes];
         for (rows, errors) in blocks.iter().zip(errors.collect::<Vec<_>>()) {
             for (at, row) in rows.iter().enumerate() {
                 for c in 0..classes {
-                    values[row * classes + c] = (target(*row, c) - errors[(at, c)]) as f32;
+                    values[row * classes + c] = (targets[(*row, c)] - errors[(at, c)]) as f32;
                 }
             }
         }
@@ -236,6 +241,29 @@ impl Ridge {
     }
 }
 
+/// Returns 1 for the class of each sample and −1 for the others, `[n, classes]`.
+fn one_against_the_rest(y: &[u32], classes: usize) -> Mat<f64> {
+    Mat::from_fn(y.len(), classes, |i, c| if y[i] as usize == c { 1.0 } else { -1.0 })
+}
+
+/// Returns values that lie row after row as a matrix `[n, outputs]`.
+fn rows_of(values: &[f32], outputs: usize) -> Mat<f64> {
+    Mat::from_fn(values.len() / outputs.max(1), outputs, |i, c| f64::from(values[i * outputs + c]))
+}
+
+/// Returns the errors `[rows, classes]` of samples that are left out together, of `half`, the inverse of the Cholesky factor,
+/// and the coefficients of all samples.
+fn block_errors(half: &Mat<f64>, dual: &Mat<f64>, alpha: f64, rows: &[usize]) -> Mat<f64> {
+    let n = half.nrows();
+    // The intercept has no penalty: what it shares in the inverse is taken off.
+    let intercept = 1.0 / (n as f64 * (n as f64 + alpha));
+    let columns = Mat::from_fn(n, rows.len(), |i, j| half[(i, rows[j])]);
+    let mut block = columns.transpose() * &columns;
+    block.col_iter_mut().for_each(|column| column.iter_mut().for_each(|value| *value -= intercept));
+    let own = Mat::from_fn(rows.len(), dual.ncols(), |i, c| dual[(rows[i], c)]);
+    block.partial_piv_lu().solve(own)
+}
+
 /// Returns the columns at mean 0 and deviation 1 `[n, width]`, and what was taken off and divided by. A constant column
 /// stays zero; as scikit-learn, one that varies less than its own rounding is constant.
 fn standardised(x: &FeatureMatrix, n: usize) -> (Mat<f64>, Vec<f64>, Vec<f64>) {
@@ -294,23 +322,37 @@ mod tests {
 
     use super::*;
 
-    /// Computes the decision values of the rows `out` by a ridge on all others, features scaled as they are.
-    fn fitted_without(rows: &Mat<f64>, y: &[u32], classes: usize, alpha: f64, out: &[usize]) -> Mat<f64> {
-        let kept: Vec<usize> = (0..y.len()).filter(|row| !out.contains(row)).collect();
-        let (n, width) = (kept.len(), rows.ncols());
+    /// Computes what a ridge on all other rows says of the rows `out`, features scaled as they are.
+    fn fitted_without(rows: &Mat<f64>, targets: &Mat<f64>, alpha: f64, out: &[usize]) -> Mat<f64> {
+        let kept: Vec<usize> = (0..rows.nrows()).filter(|row| !out.contains(row)).collect();
+        let (n, width, outputs) = (kept.len(), rows.ncols(), targets.ncols());
         let mean: Vec<f64> =
             (0..width).map(|j| kept.iter().map(|i| rows[(*i, j)]).sum::<f64>() / n as f64).collect();
         let x = Mat::from_fn(n, width, |i, j| rows[(kept[i], j)] - mean[j]);
-        let target = |i: usize, c: usize| if y[i] as usize == c { 1.0 } else { -1.0 };
         let offset: Vec<f64> =
-            (0..classes).map(|c| kept.iter().map(|i| target(*i, c)).sum::<f64>() / n as f64).collect();
-        let centred = Mat::from_fn(n, classes, |i, c| target(kept[i], c) - offset[c]);
+            (0..outputs).map(|c| kept.iter().map(|i| targets[(*i, c)]).sum::<f64>() / n as f64).collect();
+        let centred = Mat::from_fn(n, outputs, |i, c| targets[(kept[i], c)] - offset[c]);
         let mut normal = x.transpose() * &x;
         (0..width).for_each(|j| normal[(j, j)] += alpha);
         let weights = normal.partial_piv_lu().solve(x.transpose() * centred);
-        Mat::from_fn(out.len(), classes, |i, c| {
+        Mat::from_fn(out.len(), outputs, |i, c| {
             offset[c] + (0..width).map(|j| (rows[(out[i], j)] - mean[j]) * weights[(j, c)]).sum::<f64>()
         })
+    }
+
+    /// Compares values of samples that were left out by their unit with those of ridges that are fitted anew.
+    fn are_those_without(own: &[f32], rows: &Mat<f64>, targets: &Mat<f64>, units: &[u32], tolerance: f64) {
+        for unit in 0..=units[units.len() - 1] {
+            let out: Vec<usize> = (0..units.len()).filter(|i| units[*i] == unit).collect();
+            let wanted = fitted_without(rows, targets, 0.1, &out);
+            for (at, row) in out.iter().enumerate() {
+                for c in 0..targets.ncols() {
+                    let (own, wanted) = (own[row * targets.ncols() + c], wanted[(at, c)]);
+                    let off = (f64::from(own) - wanted).abs();
+                    assert!(off < tolerance, "unit {unit}, output {c}: {own} and {wanted}");
+                }
+            }
+        }
     }
 
     #[test]
@@ -320,26 +362,17 @@ mod tests {
             (0..n * width).map(|i| (i as f32 * 1.7).sin() + (i % 7) as f32 * 0.2).collect();
         let x = FeatureMatrix::new(values, width);
         let y: Vec<u32> = (0..n as u32).map(|i| (i * i) % 7 % 3).collect();
+        let forces: Vec<f32> = (0..2 * n).map(|i| 5.0 + (i as f32 * 0.9).cos() * (i % 5) as f32).collect();
         let ridge = Ridge::fit(&x, &y, classes, &[0.1]).unwrap();
+        let of_values = Ridge::fit_values(&x, &forces, 2, &[0.1]).unwrap();
         let (rows, ..) = standardised(&x, n);
         for units in [(0..n as u32).collect::<Vec<_>>(), (0..n as u32).map(|i| i / 5).collect()] {
             let own = ridge.left_out(&x, &y, &units).unwrap();
-            for unit in 0..=units[n - 1] {
-                let out: Vec<usize> = (0..n).filter(|i| units[*i] == unit).collect();
-                let wanted = fitted_without(&rows, &y, classes, 0.1, &out);
-                for (at, row) in out.iter().enumerate() {
-                    for c in 0..classes {
-                        let off = (f64::from(own[row * classes + c]) - wanted[(at, c)]).abs();
-                        assert!(
-                            off < 1e-5,
-                            "unit {unit}: {} and {}",
-                            own[row * classes + c],
-                            wanted[(at, c)]
-                        );
-                    }
-                }
-            }
+            are_those_without(&own, &rows, &one_against_the_rest(&y, classes), &units, 1e-5);
+            let own = of_values.left_out_values(&x, &forces, &units).unwrap();
+            are_those_without(&own, &rows, &rows_of(&forces, 2), &units, 1e-5);
         }
         assert!(ridge.left_out(&x, &y, &[0; 3]).is_err());
+        assert!(of_values.left_out_values(&x, &forces, &[0; 3]).is_err());
     }
 }

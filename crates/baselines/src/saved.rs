@@ -43,4 +43,14 @@ impl<'a> Saved<'a> {
             Err(Error::Saved { tensor: name.into(), reason: "has another size" })
         }
     }
+
+    /// Returns whole rows of `width` finite numbers.
+    pub(crate) fn finite_rows(&self, name: &str, width: usize) -> Result<&'a [f32]> {
+        let values = self.rows(name, width)?;
+        if values.iter().all(|value| value.is_finite()) {
+            Ok(values)
+        } else {
+            Err(Error::Saved { tensor: name.into(), reason: "is not finite" })
+        }
+    }
 }

@@ -74,7 +74,7 @@ pub struct TableView {
     pub networks: Vec<String>,
 }
 
-/// The `[harden]` table: every network, MiniRocket and the SVM are trained once more, fault-augmented, as
+/// The `[harden]` table: every network, MiniRocket, the SVM and the extra trees are trained once more, fault-augmented, as
 /// `<label>.hardened`, and stand beside those trained on clean samples.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -134,7 +134,8 @@ impl Baseline {
             }
         };
         let name = table.get("name").and_then(Value::as_str).unwrap_or_default();
-        let known: Vec<Method> = Method::all().into_iter().chain(Method::of_values()).collect();
+        let of_values = Method::of_values().into_iter().filter(|method| !method.learns_classes());
+        let known: Vec<Method> = Method::all().into_iter().chain(of_values).collect();
         if !known.iter().any(|method| method.name() == name) {
             let hint = taxel_base::names::hint(name, known.iter().map(Method::name));
             return Err(Misread::new(key, format!("no baseline is called `{name}`; {hint}")));
@@ -174,10 +175,12 @@ impl Config {
         self.baselines.iter().map(|Baseline(method)| *method).collect()
     }
 
-    /// Lists the same for targets that are values, with all methods that learn these where it names none.
+    /// Lists the same for targets that are values, with all methods that learn these where it names none that does, or has the
+    /// list that a config without names gets.
     pub(crate) fn methods_of_values(&self) -> Vec<Method> {
         let mut methods = self.methods();
-        if !methods.iter().any(Method::learns_values) {
+        if methods == Method::all() || !methods.iter().any(Method::learns_values) {
+            methods.retain(|method| !method.learns_values());
             methods.extend(Method::of_values());
         }
         methods

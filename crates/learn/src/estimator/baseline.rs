@@ -34,8 +34,13 @@ impl Estimator for Baseline {
     }
 
     fn check(&self) -> Result<()> {
-        if let Method::MiniRocket { features } = self.method {
-            within("features", features, 1, 1_000_000)?;
+        match self.method {
+            Method::MiniRocket { features } => within("features", features, 1, 1_000_000)?,
+            Method::ExtraTrees { trees, min_samples_leaf } => {
+                within("trees", trees, 1, 10_000)?;
+                within("min_samples_leaf", min_samples_leaf, 1, 1_000_000)?;
+            }
+            _ => {}
         }
         match &self.faults {
             Some(faults) => Ok(faults.check().map_err(fault_problem)?),
@@ -52,13 +57,11 @@ impl Estimator for Baseline {
 
     fn unfit(&self, samples: usize, encoder: &Encoder) -> Option<String> {
         let of_values = encoder.dataset().targets.values().is_some();
-        if of_values != self.method.learns_values() {
-            let learns = if of_values {
-                "classes, and the targets are values"
-            } else {
-                "values, and the targets are classes"
-            };
-            return Some(format!("learns {learns}"));
+        if of_values && !self.method.learns_values() {
+            return Some("learns classes, and the targets are values".into());
+        }
+        if !of_values && !self.method.learns_classes() {
+            return Some("learns values, and the targets are classes".into());
         }
         let length = encoder.shape(SERIES).and_then(|shape| shape.last().copied()).unwrap_or(0);
         self.method.unfit(samples, length)
@@ -75,7 +78,13 @@ impl Estimator for Baseline {
     /// Checks whether training under faults changes what it learns: the other baselines keep every sample that they
     /// are given, or look at none.
     fn gains_by_faults(&self) -> bool {
-        matches!(self.method, Method::MiniRocket { .. } | Method::SvmLinear { .. } | Method::SvmRbf { .. })
+        matches!(
+            self.method,
+            Method::MiniRocket { .. }
+                | Method::SvmLinear { .. }
+                | Method::SvmRbf { .. }
+                | Method::ExtraTrees { .. }
+        )
     }
 
     fn has_logits(&self) -> bool {
@@ -180,12 +189,14 @@ impl FittedBaseline {
         let train = Series::new(&values, shape[0], shape[1]).map_err(refuse)?;
         let mut goal = Goal::of(&set.dataset.targets, &set.fold.train);
         goal.repeat(times);
+        let TrainingKey { seed, repetition, fold } = set.part;
         let (each, sizes) = match goal {
             Goal::Values(values, outputs) => {
-                (vec![method.fit_values(&train, &values, outputs).map_err(refuse)?], vec![outputs])
+                let purpose = format!("r{repetition}/f{fold}");
+                let fitted = method.fit_values(&train, &values, outputs, seed, &purpose).map_err(refuse)?;
+                (vec![fitted], vec![outputs])
             }
             Goal::Labels(labels, sizes) => {
-                let TrainingKey { seed, repetition, fold } = set.part;
                 let mut each = vec![];
                 for (i, &size) in sizes.iter().enumerate() {
                     let y: Vec<u32> = labels.iter().skip(i).step_by(sizes.len()).copied().collect();
@@ -286,7 +297,10 @@ impl FittedBaseline {
                     saved.insert(name, &tensor.data);
                 }
             }
-            each.push(FittedMethod::read(&method, shape, size, &saved)?);
+            each.push(match task {
+                Task::Values(_) => FittedMethod::read_values(&method, shape, size, &saved)?,
+                Task::Classes(_) | Task::Levels(_) => FittedMethod::read(&method, shape, size, &saved)?,
+            });
             sizes.push(size);
         }
         Ok(FittedBaseline { method, shape, each, sizes })
