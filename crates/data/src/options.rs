@@ -5,16 +5,20 @@ use taxel_base::Layout;
 
 use crate::formats::table::options::TableOptions;
 use crate::length::length::Length;
+use crate::targets::options::{TargetNames, TargetOf, TaskKind};
 use crate::{Error, Result};
 
 /// Rows to leave out of a data set, decided on the recording with the channels that are used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 pub enum Drop {
     /// Every row of a set of exact copies that carries more than one label.
     Contradictory,
     /// The later copies of a row with the same label; the first stays.
     Duplicates,
+    /// Rows whose target is NaN or, in a table, empty; of several targets one is enough.
+    NoTarget,
 }
 
 /// Ceilings that stop a damaged or hostile file before memory is claimed for it.
@@ -103,10 +107,25 @@ pub struct ReadOptions {
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME"))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub x: Option<String>,
-    /// The array that holds the labels, if it is not called `y`; of labels.csv or a table the column.
+    /// The array that holds the labels or values, if it is not called `y`; of labels.csv or a table the column. Several
+    /// values are parted by commas; a unit at the end of a name is taken: force_N,depth_mm.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "NAME,NAME"))]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub y: Option<TargetNames>,
+    /// What the targets are: classes or values [default: floats are values, whole numbers and texts are classes].
+    #[cfg_attr(feature = "clap", arg(long, value_enum, value_name = "KIND"))]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub task: Option<TaskKind>,
+    /// What y [N, T] of arrays beside recordings of T readings holds: step, the target of each reading, or
+    /// recording, T quantities of each recording [default: recording].
+    #[cfg_attr(feature = "clap", arg(long, value_enum, value_name = "OF"))]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub target: Option<TargetOf>,
+    /// The array or column that names the recording of each reading, where rows of x and y are readings: rows of one name are
+    /// one recording, in their order.
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME"))]
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub y: Option<String>,
+    pub recording: Option<String>,
     /// The array that holds the groups, if it is not called `group`; of labels.csv or a table the column.
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME"))]
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -125,8 +144,9 @@ pub struct ReadOptions {
     #[cfg_attr(feature = "clap", arg(skip))]
     #[serde(skip)]
     pub channel_names: Vec<String>,
-    /// Rows to leave out as copies of others in the channels that are used.
-    #[cfg_attr(feature = "clap", arg(skip))]
+    /// Rows to leave out: copies of others with another label (contradictory) or with the same one (duplicates), and rows
+    /// without a target (no-target).
+    #[cfg_attr(feature = "clap", arg(long, value_enum, value_name = "ROWS", value_delimiter = ','))]
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub drop: Vec<Drop>,
     /// Refuse the data set if exact copies carry different labels and are not dropped.
@@ -212,9 +232,30 @@ impl ReadOptions {
         self.x.as_deref().unwrap_or("x")
     }
 
-    /// Returns the name of the array or column of labels.
-    pub(crate) fn y(&self) -> &str {
-        self.y.as_deref().unwrap_or("y")
+    /// Returns the names of the arrays or columns of targets, where they are said.
+    pub(crate) fn y_names(&self) -> &[String] {
+        self.y.as_ref().map_or(&[], TargetNames::each)
+    }
+
+    /// Returns the names of the arrays or columns of targets, for messages.
+    pub(crate) fn y(&self) -> String {
+        if self.y.is_some() { self.y_names().join(", ") } else { "y".into() }
+    }
+
+    /// Checks whether values are asked for.
+    pub(crate) fn wants_values(&self) -> bool {
+        self.task == Some(TaskKind::Values)
+    }
+
+    /// Refuses names of targets and settings of the task that do not go together.
+    pub(crate) fn refuse_targets(&self, file: &str) -> Result<()> {
+        if let Some(why) = self.y.as_ref().and_then(TargetNames::problem) {
+            return Err(Error::Option { file: file.into(), option: "y", why });
+        }
+        let attributes =
+            [("attribute", self.attribute.is_some()), ("attributes", !self.attributes.is_empty())];
+        let set = attributes.map(|(option, is_set)| (option, is_set && self.wants_values()));
+        refuse_set(file, &set, "speaks of classes, and task = \"values\" of values; leave one of them out")
     }
 
     /// Checks whether another array than `x` is named.
@@ -224,7 +265,7 @@ impl ReadOptions {
 
     /// Checks whether other labels than `y` are named.
     pub(crate) fn names_y(&self) -> bool {
-        self.y() != "y"
+        self.y.is_some() && self.y_names() != ["y"]
     }
 }
 

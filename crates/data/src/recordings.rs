@@ -85,6 +85,7 @@ pub struct Recordings {
 /// Also a recording that is shorter than a window.
 pub fn recordings(path: &Path, options: &ReadOptions, rank: usize) -> Result<Recordings> {
     let Read { raw, x, time, truth } = read(path, options, rank)?;
+    let steps = raw.steps.as_ref();
     let facts = RecordingFacts::of(&raw);
     let (x, windows) = match time.zip(options.length) {
         None => {
@@ -106,12 +107,19 @@ pub fn recordings(path: &Path, options: &ReadOptions, rank: usize) -> Result<Rec
         }
     };
     let Some(windows) = windows else {
+        // Of labels that change none is that of the recording.
+        let truth = truth.filter(|_| steps.is_none());
         return Ok(Recordings { name: raw.name, x, origins: raw.origins, starts: None, truth, facts });
     };
     let of = |(row, _): &(usize, usize)| raw.origins[*row].clone();
+    let to = options.length.map_or(0, |rule| rule.to());
+    let rows: Vec<usize> = match steps {
+        Some(steps) => steps.at_ends(&windows, to),
+        None => windows.iter().map(|(row, _)| *row).collect(),
+    };
     Ok(Recordings {
         origins: windows.iter().map(of).collect(),
-        truth: truth.map(|truth| windows.iter().map(|(row, _)| truth[*row].clone()).collect()),
+        truth: truth.map(|truth| rows.iter().map(|row| truth[*row].clone()).collect()),
         starts: Some(windows.into_iter().map(|(_, start)| start).collect()),
         name: raw.name,
         x,
@@ -184,7 +192,7 @@ fn read(path: &Path, options: &ReadOptions, rank: usize) -> Result<Read> {
     let mut raw = open(path, Purpose::Predict { rank }, options)?;
     settle(&mut raw, options);
     let chosen = channels(&raw, options)?;
-    let truth = Some(truth(&raw)).filter(|rows| rows.len() == raw.x.len());
+    let truth = Some(truth(&raw)).filter(|rows| rows.len() == raw.target_rows());
     let x = std::mem::take(&mut raw.x);
     let all: Vec<usize> = (0..x.len()).collect();
     let time = likeliest_layout([options.layout, raw.facts.layout, raw.format], &raw.dtype, x.sample_shape())

@@ -69,6 +69,11 @@ impl Display for UnitFactor {
     }
 }
 
+/// Checks whether a text is a unit of the list, with a prefix or without one.
+pub(crate) fn is_known(text: &str) -> bool {
+    parsed(text).is_some()
+}
+
 /// Returns the position of a unit in [`UNITS`] and the power of ten of its prefix.
 fn parsed(text: &str) -> Option<(usize, i32)> {
     let named = |text: &str| UNITS.iter().position(|names| names.contains(&text));

@@ -5,7 +5,7 @@ mod common;
 
 use common::damaged;
 use std::path::{Path, PathBuf};
-use taxel_data::{Dataset, ReadOptions, check_with, load, recordings};
+use taxel_data::{Dataset, ReadOptions, TaskKind, check_with, load, recordings};
 use tempfile::tempdir;
 
 fn fixture(name: &str) -> PathBuf {
@@ -29,6 +29,10 @@ fn every_way_to_store_an_array_gives_the_same() {
     let plain = load(&fixture("plain.h5"), &ReadOptions::default()).unwrap();
     is_whole(&plain, "plain");
     assert_eq!((plain.strata().to_vec(), plain.groups), (vec![0, 1, 0, 2], Some(vec![7, 7, 8, 8])));
+    let values = ReadOptions { task: Some(TaskKind::Values), ..arrays("x", "group,y") };
+    let values = load(&fixture("plain.h5"), &values).unwrap();
+    assert_eq!(values.output_names(), ["group", "y"]);
+    assert_eq!(values.targets.values().unwrap().of(&[0, 3]), [7.0, 0.0, 8.0, 2.0]);
     for x in ["x", "grows", "both", "whole"] {
         let data = load(&fixture("packed.h5"), &arrays(x, "y")).unwrap();
         is_whole(&data, x);

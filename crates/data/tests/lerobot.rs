@@ -4,7 +4,7 @@
 mod writers;
 
 use std::path::Path;
-use taxel_data::{ReadOptions, TableOptions, check, load};
+use taxel_data::{ReadOptions, TableOptions, TaskKind, check, load};
 use tempfile::tempdir;
 use writers::{Column, episode, info, parquet, refused};
 
@@ -76,6 +76,22 @@ fn a_feature_of_two_axes_is_as_many_channels() {
     };
     let images = load(root.path(), &ReadOptions { table: shape, ..ReadOptions::default() }).unwrap();
     assert_eq!(images.x.shape(), [4, ROWS, 2, 3], "the columns may be named");
+}
+
+#[test]
+fn features_may_be_the_targets_of_time_steps() {
+    let root = tempdir().unwrap();
+    set_of_grids(root.path(), FEATURES);
+    let y = ReadOptions { y: Some("observation.state".into()), ..ReadOptions::default() };
+    let values = ReadOptions { task: Some(TaskKind::Values), ..y };
+    let message = refused(root.path(), &values);
+    assert!(message.contains("are both recording \"0\", but observation.state.0 is"), "{message}");
+    assert!(message.contains("the target changes within a recording"), "{message}");
+    let options = ReadOptions { length: Some("window:2,2".parse().unwrap()), ..values };
+    let data = load(root.path(), &options).unwrap();
+    assert_eq!(data.x.shape(), [12, 6, 2]);
+    assert_eq!(data.output_names(), ["observation.state.0", "observation.state.1"]);
+    assert_eq!(data.targets.values().unwrap().of(&[0, 1, 3]), [1.0, 0.0, 3.0, 0.0, 1.0, 1.0]);
 }
 
 #[test]

@@ -5,7 +5,7 @@ mod common;
 
 use common::refused;
 use std::path::{Path, PathBuf};
-use taxel_data::{Dataset, ReadOptions, check, load};
+use taxel_data::{Dataset, ReadOptions, TaskKind, check, load};
 use tempfile::tempdir;
 
 fn fixture(name: &str) -> PathBuf {
@@ -58,6 +58,22 @@ fn every_role_may_be_a_row_or_a_column_of_any_class() {
     // 300 + 2 as a byte.
     let counts = with(ReadOptions { x: Some("counts".into()), ..ReadOptions::default() });
     assert_eq!((counts.x.shape(), counts.x[[3, 2]]), (&[4, 3][..], 46.0));
+}
+
+#[test]
+fn whole_numbers_are_values_where_the_task_says_so() {
+    let values = ReadOptions {
+        task: Some(TaskKind::Values),
+        y: Some("levels,session".into()),
+        ..ReadOptions::default()
+    };
+    let data = with(values);
+    assert_eq!(data.output_names(), ["levels-0", "levels-1", "session"]);
+    let rows = data.targets.values().unwrap();
+    assert_eq!((rows.of(&[0])[2], rows.of(&[1])[1]), (7.0, 2.0));
+    // A fraction says so too.
+    let half = load(&fixture("half.mat"), &ReadOptions::default()).unwrap();
+    assert_eq!(half.targets.values().unwrap().values(), [0.0, 1.0, 1.5, 0.0]);
 }
 
 #[test]
@@ -128,8 +144,8 @@ fn what_cannot_be_read_is_named() {
         let message = data("grasps-v7.mat", &role(x, y));
         assert!(message.contains(said), "{message}");
     }
-    let half = data("half.mat", &ReadOptions::default());
-    assert!(half.contains("half.mat: y[2] = 1.5 is not a whole number"), "{half}");
+    let half = data("half.mat", &ReadOptions { task: Some(TaskKind::Classes), ..ReadOptions::default() });
+    assert!(half.contains("half.mat: y: holds floats, which are values, and task = \"classes\""), "{half}");
     let four = data("grasps-v4.mat", &ReadOptions::default());
     assert!(four.contains("is not a MATLAB file of version 5 to 7"), "{four}");
 

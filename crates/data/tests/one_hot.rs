@@ -96,7 +96,8 @@ fn attributes_are_learned_only_where_somebody_asks() {
     let y = i64s(&[4, 2], &[0, 2, 1, 0, 1, 1, 0, 2]);
     let path = npz(folder.path(), &[("x", samples(4)), ("y", y)]);
     let wanted = "grasps.npz: y has 2 columns that are not one-hot; choose one with attribute = N (0..1), or name \
-                  them all to learn several attributes: attributes = [\"...\", \"...\"]";
+                  them all to learn several attributes: attributes = [\"...\", \"...\"]; if they are measured, say task = \
+                  \"values\"";
     assert_eq!(refused(&path, &ReadOptions::default()), wanted);
     assert_eq!(check(&path).unwrap().problems.len(), 1, "a card all the same");
     // Rows that could be one-hot are what their reader says they are.

@@ -4,8 +4,14 @@
 
 mod common;
 
+use common::{f32s, files, i64s, npz, refused, samples};
 use ndarray::ArrayD;
-use taxel_data::{Dataset, Layout, Npz, Quantity, ReadOptions, Targets, Task, Values, check, load};
+use std::path::Path;
+use taxel_data::{
+    Dataset, Drop, Layout, Npz, Quantity, ReadOptions, TargetNames, Targets, Task, TaskKind, Values, check,
+    check_with, load,
+};
+use tempfile::tempdir;
 
 /// Presses of so many newtons.
 fn presses(forces: &[f32]) -> Dataset {
@@ -18,7 +24,7 @@ fn presses(forces: &[f32]) -> Dataset {
 
 #[test]
 fn values_are_saved_and_read_back_with_name_and_unit() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = tempdir().unwrap();
     let path = folder.path().join("skin.npz");
     let saved = presses(&[0.5, 1.25, 2.0, 7.5]);
     saved.save(&path).unwrap();
@@ -32,7 +38,7 @@ fn values_are_saved_and_read_back_with_name_and_unit() {
 
 #[test]
 fn named_quantities_are_values_whatever_they_hold() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = tempdir().unwrap();
     let path = folder.path().join("skin.npz");
     let mut saved = presses(&[1.0, 2.0, 3.0]);
     let fingers = ["left", "right"].map(|name| Quantity { name: name.into(), unit: Some("N".into()) });
@@ -43,7 +49,7 @@ fn named_quantities_are_values_whatever_they_hold() {
 
 #[test]
 fn floats_are_values_and_never_classes() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = tempdir().unwrap();
     let path = folder.path().join("skin.npz");
     let write = |y: &[f32], shape: &[usize]| {
         let mut npz = Npz::default();
@@ -68,4 +74,174 @@ fn floats_are_values_and_never_classes() {
         let error = write(&vec![0.5; count], &[count]).unwrap_err().to_string();
         assert!(error.contains(said) && error.contains('4'), "{error}");
     }
+}
+
+/// Options that name the targets.
+fn named(y: &str) -> ReadOptions {
+    ReadOptions { y: Some(y.into()), ..ReadOptions::default() }
+}
+
+fn as_values(options: ReadOptions) -> ReadOptions {
+    ReadOptions { task: Some(TaskKind::Values), ..options }
+}
+
+/// The quantities of a data set with their units, and its values.
+fn read(path: &Path, options: &ReadOptions) -> (Vec<String>, Vec<f32>) {
+    let data = load(path, options).unwrap();
+    let unit =
+        |quantity: &Quantity| quantity.unit.as_ref().map_or(String::new(), |unit| format!(" [{unit}]"));
+    let quantities = data.task().quantities().to_vec();
+    let names = quantities.iter().map(|quantity| format!("{}{}", quantity.name, unit(quantity))).collect();
+    (names, data.targets.values().unwrap().values().to_vec())
+}
+
+#[test]
+fn several_arrays_are_quantities_side_by_side() {
+    let folder = tempdir().unwrap();
+    let arrays = [
+        ("x", samples(3)),
+        ("force_N", f32s(&[3], &[0.5, 1.5, 2.5])),
+        ("place_mm", f32s(&[3, 2], &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0])),
+        ("count", i64s(&[3], &[7, 8, 9])),
+        ("short", f32s(&[2], &[1.0, 2.0])),
+        ("kind", i64s(&[3], &[0, 1, 0])),
+    ];
+    let path = npz(folder.path(), &arrays);
+    let (names, values) = read(&path, &named("force_N, place_mm,count"));
+    assert_eq!(names, ["force [N]", "place-0 [mm]", "place-1 [mm]", "count"]);
+    assert_eq!(values, [0.5, 1.0, 2.0, 7.0, 1.5, 3.0, 4.0, 8.0, 2.5, 5.0, 6.0, 9.0]);
+    // Saved and read again.
+    let copy = folder.path().join("copy.npz");
+    load(&path, &named("force_N,place_mm")).unwrap().save(&copy).unwrap();
+    let (again, _) = read(&copy, &ReadOptions::default());
+    assert_eq!(again, ["force [N]", "place-0 [mm]", "place-1 [mm]"]);
+    for (options, why) in [
+        (named("force_N,depth"), "no array depth: it holds"),
+        (named("force_N,force_N"), "y: names one array or column twice"),
+        (named("force_N,,kind"), "y: names nothing between two commas"),
+        (named("force_N,short"), "force_N has 3 rows of targets and short has 2"),
+        (
+            named("kind,count"),
+            "kind and count hold whole numbers or texts, which are classes; say task = \"values\"",
+        ),
+    ] {
+        let message = refused(&path, &options);
+        assert!(message.contains(why), "{message}");
+    }
+}
+
+#[test]
+fn names_of_targets_are_read_as_text_and_as_a_list() {
+    let read = |text: &str| serde_json::from_str::<ReadOptions>(text).unwrap().y.unwrap();
+    assert_eq!(read(r#"{"y": "force_N, depth_mm"}"#), read(r#"{"y": ["force_N", "depth_mm"]}"#));
+    let written = |names: TargetNames| serde_json::to_string(&named("").y.map(|_| names)).unwrap();
+    assert_eq!(written("force".into()), r#""force""#);
+    assert_eq!(written("force_N,depth_mm".into()), r#"["force_N","depth_mm"]"#);
+    assert_eq!(written(vec!["a,b".to_string()].into()), r#"["a,b"]"#);
+}
+
+#[test]
+fn several_columns_of_tables_are_quantities() {
+    let folder = tempdir().unwrap();
+    let root = folder.path();
+    let table = "a,b,force [N],depth (mm),kind\n1,2,0.5,1,up\n3,4,1.5,2,down\n5,6,2.5,3,up\n";
+    files(root, &[("t.csv", table), ("f/labels.csv", "file,force_N,depth_mm\na.csv,0.5,1\nb.csv,1.5,2\n")]);
+    files(root, &[("f/a.csv", "1,2\n3,4\n"), ("f/b.csv", "1,2\n3,5\n")]);
+    let (names, values) = read(&root.join("t.csv"), &named("force [N],depth (mm)"));
+    assert_eq!(
+        (names, values),
+        (vec!["force [N]".into(), "depth [mm]".into()], vec![0.5, 1.0, 1.5, 2.0, 2.5, 3.0])
+    );
+    let (names, values) = read(&root.join("f"), &named("force_N,depth_mm"));
+    assert_eq!((names, values), (vec!["force [N]".into(), "depth [mm]".into()], vec![0.5, 1.0, 1.5, 2.0]));
+    let message = refused(&root.join("t.csv"), &named("force [N],kind"));
+    assert!(
+        message.contains("line 2: \"kind\" is \"up\", which is no number, and \"force [N]\" are values"),
+        "{message}"
+    );
+    // A comma as decimal point is none of a name.
+    files(root, &[("german.csv", "a;b;force_N\n1,5;2;0,5\n3;4;1,25\n5;6;2\n")]);
+    assert_eq!(read(&root.join("german.csv"), &named("force_N")).1, [0.5, 1.25, 2.0]);
+}
+
+#[test]
+fn whole_numbers_are_classes_unless_the_task_says_values() {
+    let folder = tempdir().unwrap();
+    let root = folder.path();
+    let path = npz(root, &[("x", samples(3)), ("y", i64s(&[3], &[2, 0, 1]))]);
+    assert!(matches!(load(&path, &ReadOptions::default()).unwrap().task(), Task::Classes(_)));
+    let options = as_values(ReadOptions::default());
+    assert_eq!(read(&path, &options), (vec!["y".into()], vec![2.0, 0.0, 1.0]));
+    files(root, &[("t.csv", "a,level\n1,2\n2,0\n3,1\n"), ("w.csv", "a,level\n1,soft\n2,hard\n3,soft\n")]);
+    assert_eq!(read(&root.join("t.csv"), &as_values(named("level"))).1, [2.0, 0.0, 1.0]);
+    let message = refused(&root.join("w.csv"), &as_values(named("level")));
+    assert!(
+        message.contains("line 2: \"level\" is \"soft\", which is no number, and task = \"values\""),
+        "{message}"
+    );
+    // Folders that are called by numbers.
+    files(root, &[("f/1/a.csv", "1,2\n3,4\n"), ("f/2.5/b.csv", "1,2\n3,5\n")]);
+    assert_eq!(read(&root.join("f"), &options).1, [1.0, 2.5]);
+    files(root, &[("g/soft/a.csv", "1,2\n3,4\n"), ("g/2.5/b.csv", "1,2\n3,5\n")]);
+    let message = refused(&root.join("g"), &options);
+    assert!(message.contains("\"soft\", which is no number"), "{message}");
+}
+
+#[test]
+fn fractions_are_no_classes() {
+    let folder = tempdir().unwrap();
+    let root = folder.path();
+    let path = npz(root, &[("x", samples(3)), ("y", f32s(&[3], &[0.0, 1.0, 0.0]))]);
+    let options = ReadOptions { task: Some(TaskKind::Classes), ..ReadOptions::default() };
+    let message = refused(&path, &options);
+    assert!(message.contains("y: holds floats, which are values, and task = \"classes\""), "{message}");
+    files(root, &[("t.csv", "a,label\n1,0.5\n2,1\n3,1\n")]);
+    let message = refused(&root.join("t.csv"), &options);
+    assert!(message.contains("\"label\" has numbers with fractions, such as 0.5"), "{message}");
+    let both = as_values(ReadOptions { attribute: Some(0), ..ReadOptions::default() });
+    let message = refused(&path, &both);
+    assert!(message.contains("attribute: speaks of classes, and task = \"values\""), "{message}");
+}
+
+#[test]
+fn many_whole_numbers_may_be_values_the_card_says() {
+    let folder = tempdir().unwrap();
+    let warned = |labels: Vec<i64>| {
+        let count = labels.len() as u64;
+        let path = npz(folder.path(), &[("x", samples(count)), ("y", i64s(&[count], &labels))]);
+        check(&path).unwrap().warnings.join("\n")
+    };
+    let text = warned((0..20).map(|i| i / 2).collect());
+    assert!(
+        text.contains("10 classes of 20 samples are whole numbers") && text.contains("--task values"),
+        "{text}"
+    );
+    assert!(!warned((0..20).map(|i| i % 2).collect()).contains("--task"));
+    assert!(warned((0..300).map(|i| i % 60).collect()).contains("60 classes of 300 samples"));
+}
+
+#[test]
+fn samples_without_a_target_are_refused_or_left_out() {
+    let folder = tempdir().unwrap();
+    let root = folder.path();
+    let nan = f32::NAN;
+    let arrays = [("x", samples(4)), ("y", f32s(&[4, 2], &[0.5, 1.0, nan, 2.0, 2.5, nan, 3.5, 4.0]))];
+    let path = npz(root, &arrays);
+    let message = refused(&path, &ReadOptions::default());
+    assert!(message.contains("y[1] is NaN in y-0: 2 of 4 samples have no target: x[1], x[2];"), "{message}");
+    assert!(message.contains("drop = [\"no-target\"]"), "{message}");
+    let options = ReadOptions { drop: vec![Drop::NoTarget], ..ReadOptions::default() };
+    let data = load(&path, &options).unwrap();
+    assert_eq!((data.len(), data.dropped.as_slice()), (2, &["x[1]".to_string(), "x[2]".into()][..]));
+    let card = check_with(&path, &options).unwrap();
+    assert!(
+        card.without_target == 2 && card.to_string().contains("no target   2 samples left out"),
+        "{card}"
+    );
+    files(root, &[("t.csv", "a,label\n1,0.5\n2,\n3,1\n")]);
+    let message = refused(&root.join("t.csv"), &ReadOptions::default());
+    assert!(message.contains("1 of 3 samples have no target: line 3;"), "{message}");
+    assert_eq!(read(&root.join("t.csv"), &options).1, [0.5, 1.0]);
+    let all = npz(root, &[("x", samples(2)), ("y", f32s(&[2], &[nan, nan]))]);
+    assert!(refused(&all, &options).contains("holds no samples"));
 }

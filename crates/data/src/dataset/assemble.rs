@@ -17,8 +17,11 @@ use crate::dataset::validate::{
 use crate::length::lengths::Lengths;
 use crate::length::one_length::{EqualSamples, samples};
 use crate::options::{Drop, ReadOptions};
+use crate::targets::missing::{drops_missing, leave_out_missing, missing_in, no_target};
+use crate::targets::rows::{check_values, refuse_steps};
 use crate::{Error, Result};
-use std::collections::HashMap;
+use ndarray::{ArrayD, Axis};
+use std::ops::Range;
 
 /// A data set with everything that keeps it from being used.
 #[derive(Debug)]
@@ -31,10 +34,13 @@ pub(crate) struct Checked {
     pub lengths: Option<Lengths>,
     /// Time steps of each recording, where a rule has made them one length.
     pub readings: Option<Vec<usize>>,
+    /// Samples that were left out because they have no target.
+    pub without_target: usize,
 }
 
 /// Builds the data set; faults of the content are collected, faults of the options end it.
 pub(crate) fn assemble(mut raw: Raw, options: &ReadOptions) -> Result<Checked> {
+    refuse_steps(&raw, options)?;
     let label_form = settle(&mut raw, options);
     let attribute = attribute(&raw, options)?;
     let channels = channels(&raw, options)?;
@@ -48,14 +54,14 @@ pub(crate) fn assemble(mut raw: Raw, options: &ReadOptions) -> Result<Checked> {
     let groups = groups(&raw, options, &mut faults)?;
     let official = official(&raw, options, &mut faults);
     let row_hash = raw.x.hashes(channels.as_deref());
-    let keep = keep(&raw, &row_hash, &table, &classes, options, &mut faults);
-    let kept: Vec<usize> = (0..keep.len()).filter(|row| keep[*row]).collect();
+    let mut keep = keep(&raw, &row_hash, &table, &classes, options, &mut faults);
+    let of_recordings = values.as_ref().filter(|_| raw.steps.is_none() && drops_missing(options));
+    let mut without_target = of_recordings.map_or(0, |values| leave_out_missing(&mut keep, values));
+    let (kept, left): (Vec<usize>, Vec<usize>) = (0..keep.len()).partition(|row| keep[*row]);
     if kept.is_empty() {
         return Err(Error::NoSamples { at: format!("{}: after drop", raw.file) });
     }
-    let mut dropped: Vec<String> =
-        (0..keep.len()).filter(|row| !keep[*row]).map(|row| raw.origins[row].clone()).collect();
-
+    let mut dropped: Vec<String> = left.iter().map(|row| raw.origins[*row].clone()).collect();
     let mut of_values = Problems::default();
     let x = std::mem::take(&mut raw.x);
     let EqualSamples { x, spec, windows, lengths, readings } =
@@ -64,19 +70,19 @@ pub(crate) fn assemble(mut raw: Raw, options: &ReadOptions) -> Result<Checked> {
         of_values.push(fault);
     }
     let rows = RecordingRows::new(&row_hash, &kept, windows);
+    let WithTargets { x, rows, target_rows, left_out } =
+        WithTargets::of(x, rows, &raw, values.as_ref(), options, &mut faults)?;
+    without_target += left_out;
     dropped.extend(rows.left_out(&kept).map(|row| raw.origins[row].clone()));
     if values.is_none() {
-        gaps(&raw, &table, &rows.recordings, &classes, &mut faults);
+        gaps(&raw, &table, &target_rows, &classes, &mut faults);
     }
     faults.0.extend(of_values.0);
 
     let (group_name, groups) = grouped(groups, &rows);
     let targets = match &values {
-        Some(values) => Targets::Values(Values::new(
-            values.quantities().to_vec(),
-            rows.recordings.iter().flat_map(|&row| values.of(&[row])).collect(),
-        )),
-        None => classes_of(&raw, &rows, &table, classes, attribute, &mut faults),
+        Some(values) => Targets::Values(Values::new(values.quantities().to_vec(), values.of(&target_rows))),
+        None => classes_of(&raw, &target_rows, &table, classes, attribute, &mut faults),
     };
     let mut dataset = Dataset {
         spec,
@@ -95,7 +101,48 @@ pub(crate) fn assemble(mut raw: Raw, options: &ReadOptions) -> Result<Checked> {
         x,
     };
     dataset.learn_attributes(&options.attributes)?;
-    Ok(Checked { dataset, problems: faults.0, label_form, lengths, readings })
+    Ok(Checked { dataset, problems: faults.0, label_form, lengths, readings, without_target })
+}
+
+/// Samples, and the row of targets of each.
+struct WithTargets {
+    x: ArrayD<f32>,
+    rows: RecordingRows,
+    target_rows: Vec<usize>,
+    /// Samples without a target that are left out.
+    left_out: usize,
+}
+
+impl WithTargets {
+    /// Finds the targets of samples; those without one are left out or refused, as the options say.
+    fn of(
+        x: ArrayD<f32>,
+        rows: RecordingRows,
+        raw: &Raw,
+        values: Option<&Values>,
+        options: &ReadOptions,
+        faults: &mut Problems,
+    ) -> Result<Self> {
+        let to = options.length.map_or(0, |rule| rule.to());
+        let target_rows = rows.target_rows(raw.steps.as_ref(), to);
+        let missing = values.map_or(vec![], |values| missing_in(values, &target_rows));
+        let (Some(first), Some(values)) = (missing.first(), values) else {
+            return Ok(Self { x, rows, target_rows, left_out: 0 });
+        };
+        if !drops_missing(options) {
+            let (first, origins) = ((target_rows[*first], target_rows.len()), rows.origins(raw));
+            faults.push(no_target(raw, values, first, &missing, &origins));
+            return Ok(Self { x, rows, target_rows, left_out: 0 });
+        }
+        let is_held = |at: &usize| missing.binary_search(at).is_err();
+        let held: Vec<usize> = (0..target_rows.len()).filter(is_held).collect();
+        if held.is_empty() {
+            return Err(Error::NoSamples { at: format!("{}: after drop", raw.file) });
+        }
+        let target_rows = held.iter().map(|at| target_rows[*at]).collect();
+        let (x, rows) = (x.select(Axis(0), &held), rows.select(&held));
+        Ok(Self { x, rows, target_rows, left_out: missing.len() })
+    }
 }
 
 /// Returns the column of labels that is learned, from 0; refuses one that is not there.
@@ -117,7 +164,9 @@ fn numbered(
     faults: &mut Problems,
 ) -> Result<(Vec<u32>, Vec<Vec<String>>)> {
     // Labels for fewer samples may have many columns: too many for all samples.
-    if (raw.x.len() as u64).saturating_mul(raw.columns as u64) > options.limits.max_samples {
+    if raw.steps.is_none()
+        && (raw.x.len() as u64).saturating_mul(raw.columns as u64) > options.limits.max_samples
+    {
         return Err(wrong_length(raw, &raw.y_name, raw.y.len() / raw.columns));
     }
     if let Some(values) = values {
@@ -132,42 +181,19 @@ fn numbered(
 /// several.
 fn classes_of(
     raw: &Raw,
-    rows: &RecordingRows,
+    rows: &[usize],
     table: &[u32],
     classes: Vec<Vec<String>>,
     attribute: usize,
     faults: &mut Problems,
 ) -> Targets {
     let columns = raw.columns;
-    let y: Vec<u32> = rows.of(|row| table[row * columns + attribute]);
+    let y: Vec<u32> = rows.iter().map(|row| table[row * columns + attribute]).collect();
     one_class(raw, &classes[attribute], &y, faults);
     let labels = Labels::of_classes(&classes[attribute], &y);
     let of_row = |row: &usize| table[row * columns..(row + 1) * columns].to_vec();
-    let several =
-        (columns > 1).then(|| Labels::numbered(classes, rows.recordings.iter().flat_map(of_row).collect()));
+    let several = (columns > 1).then(|| Labels::numbered(classes, rows.iter().flat_map(of_row).collect()));
     Targets::Classes { labels, columns: several }
-}
-
-/// Checks that each sample has one row of finite values. Returns a number for each sample by which copies are compared:
-/// equal rows have the same.
-fn check_values(raw: &Raw, values: &Values, faults: &mut Problems) -> Result<Vec<u32>> {
-    let (samples, width) = (raw.x.len(), values.quantities().len());
-    let given = values.values().len() / width;
-    if given != samples {
-        return Err(wrong_length(raw, &raw.y_name, given));
-    }
-    let mut bad = None;
-    for (i, value) in values.values().iter().enumerate().filter(|(_, value)| !value.is_finite()) {
-        let sample = format!("{}: {}[{}]", raw.file, raw.y_name, i / width);
-        faults.more(&mut bad, || Error::NotFinite { sample, index: vec![i % width], value: *value });
-    }
-    let mut numbers: HashMap<Vec<u32>, u32> = HashMap::new();
-    let number = |row: &[f32]| {
-        let bits = row.iter().map(|value| value.to_bits()).collect();
-        let next = numbers.len() as u32;
-        *numbers.entry(bits).or_insert(next)
-    };
-    Ok(values.values().chunks_exact(width).map(number).collect())
 }
 
 /// Returns the name of the groups, and the group of each sample. Windows without groups are grouped by recording, so that
@@ -189,7 +215,13 @@ fn keep(
     options: &ReadOptions,
     faults: &mut Problems,
 ) -> Vec<bool> {
-    let rows: Vec<&[u32]> = table.chunks(raw.columns).collect();
+    let rows: Vec<&[u32]> = match &raw.steps {
+        None => table.chunks(raw.columns).collect(),
+        Some(steps) => {
+            let of = |rows: Range<usize>| &table[rows.start * raw.columns..rows.end * raw.columns];
+            steps.ranges().into_iter().map(of).collect()
+        }
+    };
     let sets = duplicate_sets(row_hash);
     let mut keep = vec![true; rows.len()];
     let torn = contradictory(&sets, &rows);

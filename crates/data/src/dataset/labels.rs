@@ -1,5 +1,7 @@
 //! Labels with the names of their levels.
 
+use crate::dataset::targets::Quantity;
+use crate::options::ReadOptions;
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use unicode_normalization::UnicodeNormalization;
@@ -104,11 +106,13 @@ pub(crate) fn as_values(labels: &[String]) -> Option<Vec<f32>> {
     has_fraction.then_some(values)
 }
 
-/// Says that targets were read as values, and how to read them as classes.
-pub(crate) fn values_said(name: &str) -> String {
-    format!(
-        "{name:?} are values, as they have fractions; to make them classes, list them in labels.json under classes"
-    )
+/// Says that targets were read as values, and how to read them as classes; nothing where the options ask for values.
+pub(crate) fn values_said(quantities: &[Quantity], options: &ReadOptions) -> Option<String> {
+    let names: Vec<String> = quantities.iter().map(|quantity| format!("{:?}", quantity.name)).collect();
+    let names = names.join(", ");
+    (!options.wants_values()).then(|| {
+        format!("{names} are values, as they have fractions; to make them classes, list them in labels.json under classes")
+    })
 }
 
 /// Returns the mark that a word is: 1 of samples to test on.

@@ -21,7 +21,7 @@ pub(crate) enum LabelForm {
 /// so, or a file with one list of names per column.
 pub(crate) fn settle(raw: &mut Raw, options: &ReadOptions) -> LabelForm {
     let columns = raw.columns;
-    if columns == 1 {
+    if columns == 1 || raw.values.is_some() {
         return LabelForm::One;
     }
     let lists = raw.names.as_ref().filter(|names| names.columns.len() > 1);
@@ -56,11 +56,14 @@ pub(crate) fn class_of<T: PartialEq + From<u8>>(row: &[T]) -> Option<usize> {
 /// Refuses columns that are neither one-hot nor said to be attributes.
 pub(crate) fn unsaid(raw: &Raw) -> Error {
     let (y, columns, last) = (&raw.y_name, raw.columns, raw.columns - 1);
+    let could_be_steps = raw.x.sample_shape().len() > 1 && raw.x.sample_shape().last() == Some(&columns);
+    let steps = if could_be_steps { ", and if they are labels of time steps, target = \"step\"" } else { "" };
     Error::file(
         &raw.file,
         format!(
             "{y} has {columns} columns that are not one-hot; choose one with attribute = N (0..{last}), or name them \
-             all to learn several attributes: attributes = [\"...\", \"...\"]"
+             all to learn several attributes: attributes = [\"...\", \"...\"]; if they are measured, say task = \
+             \"values\"{steps}"
         ),
     )
 }

@@ -4,6 +4,7 @@ use crate::dataset::source::Source;
 use crate::dataset::targets::{Quantity, Values};
 use crate::formats::table::options::TableOptions;
 use crate::length::ragged::Ragged;
+use crate::targets::steps::StepTargets;
 use taxel_base::Layout;
 
 /// The name of an array, and a number for each sample.
@@ -36,6 +37,10 @@ pub(crate) struct Raw {
     pub names: Option<Names>,
     /// Values row by row, in place of labels.
     pub values: Option<Values>,
+    /// Where rows of labels or values are time steps, in place of recordings.
+    pub steps: Option<StepTargets>,
+    /// The array that says to which recording each row of `x` belonged.
+    pub recording: Option<String>,
     pub facts: SampleFacts,
     pub groups: Option<NamedColumn>,
     /// Not 0 for samples that the authors test on, with the array's name.
@@ -72,6 +77,8 @@ impl Default for Raw {
             columns: 1,
             names: None,
             values: None,
+            steps: None,
+            recording: None,
             facts: SampleFacts::default(),
             groups: None,
             official: None,
@@ -87,6 +94,11 @@ impl Default for Raw {
 }
 
 impl Raw {
+    /// Counts the rows of targets that there must be: one for each recording or, of time steps, for each of these.
+    pub fn target_rows(&self) -> usize {
+        self.steps.as_ref().map_or(self.x.len(), StepTargets::rows)
+    }
+
     /// Returns the name of a sample in messages: its file, or its place in a file.
     pub fn sample_name(&self, row: usize) -> String {
         format!("{}{}{}", self.file, if self.is_folder { "/" } else { ": " }, self.origins[row])

@@ -3,6 +3,7 @@
 use crate::check::duplicates::units;
 use crate::dataset::digest::RowHash;
 use crate::dataset::raw::Raw;
+use crate::targets::steps::StepTargets;
 use std::collections::HashSet;
 
 /// The recording of each sample.
@@ -26,6 +27,29 @@ impl RecordingRows {
             }
         };
         Self { hashes: recordings.iter().map(|row| row_hash[*row]).collect(), recordings, starts }
+    }
+
+    /// Returns the row of targets of each sample: that of its recording or, where time steps have their own, of its last one;
+    /// `positions` are those of its recording and first step, `to` its time steps.
+    pub fn target_rows(&self, steps: Option<&StepTargets>, to: usize) -> Vec<usize> {
+        match (steps, &self.starts) {
+            (Some(steps), Some(starts)) => {
+                let windows: Vec<(usize, usize)> =
+                    self.recordings.iter().copied().zip(starts.iter().copied()).collect();
+                steps.at_ends(&windows, to)
+            }
+            _ => self.recordings.clone(),
+        }
+    }
+
+    /// Keeps the samples at these places only.
+    pub fn select(&self, places: &[usize]) -> Self {
+        let of = |all: &Vec<usize>| places.iter().map(|at| all[*at]).collect::<Vec<_>>();
+        Self {
+            recordings: of(&self.recordings),
+            starts: self.starts.as_ref().map(of),
+            hashes: places.iter().map(|at| self.hashes[*at]).collect(),
+        }
     }
 
     /// Checks whether samples are windows.

@@ -25,6 +25,9 @@ pub struct SampleSpec {
     /// Roles of the columns of a table, channels in their order.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub table: Option<TableOptions>,
+    /// The array that named the recording of each row, where rows of `x` were readings.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub recording: Option<String>,
     /// Topics of bags that were read, in the order of their channels.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub topics: Vec<String>,
@@ -62,6 +65,7 @@ impl SampleSpec {
             length: None,
             topics: vec![],
             table: None,
+            recording: None,
             unit: None,
             rate: None,
             stamped: None,

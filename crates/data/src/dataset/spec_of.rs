@@ -64,6 +64,7 @@ pub(crate) fn spec_of(
         length: rule,
         topics: raw.topics.clone(),
         table: raw.table.clone(),
+        recording: raw.recording.clone(),
         unit: raw.facts.unit.clone(),
         rate,
         stamped: raw.facts.stamped,

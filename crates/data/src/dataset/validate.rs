@@ -71,13 +71,13 @@ pub(crate) fn wrong_length(raw: &Raw, array: &str, len: usize) -> Error {
         array: array.into(),
         len,
         x: raw.x_name.clone(),
-        samples: raw.x.len(),
+        samples: if array == raw.y_name { raw.target_rows() } else { raw.x.len() },
     }
 }
 
 /// Returns all labels `[N * columns]`, unusable ones as [`NO_LABEL`].
 pub(crate) fn labels(raw: &Raw, faults: &mut Problems) -> Vec<u32> {
-    let (samples, columns) = (raw.x.len(), raw.columns);
+    let (samples, columns) = (raw.target_rows(), raw.columns);
     if raw.y.len() != samples * columns {
         faults.push(wrong_length(raw, &raw.y_name, raw.y.len() / raw.columns));
     }
@@ -117,7 +117,7 @@ pub(crate) fn class_names(raw: &Raw, table: &[u32]) -> Vec<Vec<String>> {
     let column_names = |column: usize| match names_of(raw, column) {
         Some((_, list)) => list.clone(),
         None => {
-            let samples = raw.x.len();
+            let samples = raw.target_rows();
             let stored = raw.y.iter().skip(column).step_by(raw.columns);
             let beyond = stored.into_iter().any(|value| *value >= samples as i64);
             let labels = table.iter().skip(column).step_by(raw.columns);

@@ -1,21 +1,22 @@
 //! Samples, labels and groups by name, from a file of named arrays.
 
-use crate::dataset::labels::{as_values, by_name, group_numbers, mark_of};
-use crate::dataset::one_hot::class_of;
-use crate::dataset::raw::{NamedColumn, Names, Raw, SampleFacts, name_of};
+use crate::dataset::labels::{group_numbers, mark_of};
+use crate::dataset::raw::{NamedColumn, Raw, SampleFacts, name_of};
 use crate::dataset::spec_of::likeliest_layout;
-use crate::dataset::targets::Values;
 use crate::formats::archive::Archive;
 use crate::formats::npy::{Cap, Header};
-use crate::formats::stored::{Column, StoredValues, column, columns, parts_differ};
+use crate::formats::stored::{Column, StoredValues, column};
+use crate::layout::array_targets::{ArrayTargets, TargetArrays};
 use crate::layout::files;
 use crate::layout::listing::unsorted;
 use crate::layout::names_file;
+use crate::layout::readings::Readings;
 use crate::layout::roles::{Roles, SampleArrays, Unclear};
 use crate::layout::sample;
 use crate::length::ragged::{Collected, Ragged};
 use crate::options::{Limits, ReadOptions, refuse_set};
 use crate::reader::{FileFormat, Format, Place, Purpose, Reader, Sample};
+use crate::targets::steps::StepTargets;
 use crate::{Error, Result};
 use std::path::{Path, PathBuf};
 use taxel_base::Layout;
@@ -56,46 +57,55 @@ impl Reader for ArrayFile {
         let archive = &mut *(self.open)(&path)?;
         let file = archive.file().to_string();
         refuse_resize(&file, options)?;
+        options.refuse_targets(&file)?;
         let (names, facts) = names_file::beside(&path, true, &options.limits)?;
         let options = &with_facts(options, &facts);
         let roles = Roles::of(&archive.saved(), options, place.needs_labels(), |y| archive.entries(y))
             .map_err(|unclear| refuse(archive, unclear))?;
         let ReadSamples { x, dtype, origins, official } =
             read_samples(archive, &roles.x, facts.layout, options)?;
-        let origins = given_origins(&facts, &file, origins)?;
-        let (labels, values) = match &roles.y {
-            Some(arrays) => read_targets(archive, arrays, (names.as_ref(), &facts), options, x.len())?,
-            None => (StoredLabels::default(), None),
-        };
+        let samples = x.len();
+        let stored = roles.y.as_ref().map(|arrays| {
+            let names = names.as_ref();
+            TargetArrays { arrays, names, facts: &facts, options, samples }.read(archive)
+        });
+        let targets = stored.transpose()?.unwrap_or_default();
+        let read_as = could_be_steps(&x, &dtype, &facts, &targets, options).into_iter().collect();
         let groups = read_groups(archive, &roles, options)?;
         let official = official.map_or_else(|| read_official(archive, options), |marks| Ok(Some(marks)))?;
-        let (x_name, samples) = match &roles.x {
-            SampleArrays::One(x) => (x.clone(), std::slice::from_ref(x)),
-            SampleArrays::Split(both) => (both.join(" with "), &both[..]),
-            SampleArrays::Each(each) => ("the other arrays".into(), &each[..]),
-        };
-        let used = roles.y.iter().chain(&roles.group).flatten().chain(&options.test).chain(samples);
-        let used: Vec<&String> = used.collect();
-        let others = archive.arrays().into_iter().filter(|name| !used.contains(&name)).collect();
-        let y_name = roles.y.map_or_else(|| options.y().to_string(), |arrays| arrays.join(" with "));
-        Ok(Raw {
+        let others = others(archive, &roles, options);
+        let y_name = roles.y_name().unwrap_or_else(|| options.y());
+        let ArrayTargets { labels, values, steps } = targets;
+        let steps = steps.map(|steps| StepTargets {
+            steps: vec![steps; x.len()],
+            change: format!("{y_name} holds a target for each time step"),
+        });
+        let raw = Raw {
             name: name_of(&path),
             file,
             dtype,
-            x_name,
+            x_name: roles.x_name(),
             y_name,
             y: labels.values,
             columns: labels.columns,
             names: names.or(labels.names),
             values,
+            steps,
             facts,
             groups,
             official,
             x,
             origins,
             others,
+            read_as,
             ..Raw::default()
-        })
+        };
+        let mut raw = match Readings::of(archive, &raw, options, place)? {
+            Some(readings) => readings.joined(raw)?,
+            None => raw,
+        };
+        raw.origins = given_origins(&raw)?;
+        Ok(raw)
     }
 
     fn file_format(&self) -> Option<&dyn FileFormat> {
@@ -150,12 +160,29 @@ impl ArrayFile {
             return false;
         }
         let Ok(mut archive) = (self.open)(path) else { return false };
+        // Rows are readings, which have an axis less.
+        if options.recording.is_some() {
+            return false;
+        }
         match Roles::of(&archive.saved(), options, false, |labels| archive.entries(labels)) {
             Ok(Roles { x: SampleArrays::One(x), y: None, .. }) => archive.shape(&x).len() == rank,
             Ok(_) => false,
             Err(_) => true,
         }
     }
+}
+
+/// Lists the arrays without a role.
+fn others(archive: &Archive, roles: &Roles, options: &ReadOptions) -> Vec<String> {
+    let samples = match &roles.x {
+        SampleArrays::One(x) => std::slice::from_ref(x),
+        SampleArrays::Split(both) => &both[..],
+        SampleArrays::Each(each) => &each[..],
+    };
+    let of_y = roles.y.iter().flatten().flatten();
+    let named = of_y.chain(roles.group.iter().flatten()).chain(&options.test).chain(&options.recording);
+    let used: Vec<&String> = named.chain(samples).collect();
+    archive.arrays().into_iter().filter(|name| !used.contains(&name)).collect()
 }
 
 fn refuse_resize(file: &str, options: &ReadOptions) -> Result<()> {
@@ -171,19 +198,41 @@ fn with_facts(options: &ReadOptions, facts: &SampleFacts) -> ReadOptions {
     ReadOptions { group, test, ..options }
 }
 
-/// Returns the origins of samples that the file of names gives, or else the numbered ones.
-fn given_origins(facts: &SampleFacts, file: &str, numbered: Vec<String>) -> Result<Vec<String>> {
-    match &facts.origins {
-        None => Ok(numbered),
-        Some(given) if given.len() == numbered.len() => Ok(given.clone()),
-        Some(given) => Err(Error::Length {
-            file: file.into(),
-            array: format!("origins of {}", facts.file),
+/// Returns the origins of samples that the file of names gives, or else the numbered ones. Of readings it gives none.
+fn given_origins(raw: &Raw) -> Result<Vec<String>> {
+    match &raw.facts.origins {
+        Some(given) if raw.recording.is_none() && given.len() != raw.origins.len() => Err(Error::Length {
+            file: raw.file.clone(),
+            array: format!("origins of {}", raw.facts.file),
             len: given.len(),
             x: "x".into(),
-            samples: numbered.len(),
+            samples: raw.origins.len(),
         }),
+        Some(given) if raw.recording.is_none() => Ok(given.clone()),
+        _ => Ok(raw.origins.clone()),
     }
+}
+
+/// Says how values `[N, T]` beside recordings of T time steps are read, and how else they could be.
+fn could_be_steps(
+    x: &Ragged,
+    dtype: &str,
+    facts: &SampleFacts,
+    targets: &ArrayTargets,
+    options: &ReadOptions,
+) -> Option<String> {
+    let layout = likeliest_layout([options.layout, facts.layout, None], dtype, x.sample_shape());
+    let steps = x.sample_shape()[layout.time_axis()?];
+    let columns = targets.values.as_ref()?.quantities().len();
+    let is_open = columns == steps && columns > 1 && targets.steps.is_none();
+    let is_open =
+        is_open && options.target.is_none() && options.y_names().len() < 2 && facts.quantities.is_none();
+    is_open.then(|| {
+        format!(
+            "a row of targets as {columns} quantities of the recording; if it is the target of each of its {steps} time \
+             steps, say target = \"step\" (--target step)"
+        )
+    })
 }
 
 /// Says what the file holds, where a role is unclear.
@@ -260,155 +309,6 @@ fn read_samples(
             Ok(ReadSamples { x, dtype, origins: names.clone(), official: None })
         }
     }
-}
-
-/// Reads labels or, in their place, values.
-fn read_targets(
-    archive: &mut Archive,
-    arrays: &[String],
-    (names, facts): (Option<&Names>, &SampleFacts),
-    options: &ReadOptions,
-    samples: usize,
-) -> Result<(StoredLabels, Option<Values>)> {
-    // Who names classes or attributes means labels, however they are stored.
-    let is_labelled = names.is_some() || options.attribute.is_some() || !options.attributes.is_empty();
-    if is_labelled {
-        return Ok((read_labels(archive, arrays, names, options, samples)?, None));
-    }
-    if let Some(values) = read_values(archive, arrays, facts, &options.limits)? {
-        return Ok((StoredLabels::default(), Some(values)));
-    }
-    let labels = read_labels(archive, arrays, names, options, samples)?;
-    let one = labels.names.as_ref().filter(|_| labels.columns == 1);
-    let Some(numbers) = one.and_then(|names| as_values(&names.columns[0])) else { return Ok((labels, None)) };
-    let values = labels.values.iter().map(|label| numbers[*label as usize]).collect();
-    let quantities = names_file::quantities(facts, &arrays.join(" with "), 1)?;
-    Ok((StoredLabels::default(), Some(Values::new(quantities, values))))
-}
-
-/// Reads targets that are stored as floats; none where they are stored otherwise or are one-hot. MATLAB stores labels
-/// as floats too: there they are labels.
-fn read_values(
-    archive: &mut Archive,
-    arrays: &[String],
-    facts: &SampleFacts,
-    limits: &Limits,
-) -> Result<Option<Values>> {
-    if archive.counts_from_one() {
-        return Ok(None);
-    }
-    let (mut all, mut width) = (vec![], None);
-    for array in arrays {
-        let read = archive.with(array, "y", |header, reader, at| {
-            if !header.dtype.contains('f') {
-                return Ok(None);
-            }
-            let Some(columns) = columns(&header.shape) else {
-                let (at, shape) = (at.into(), header.shape.clone());
-                return Err(Error::Shape { at, shape, wanted: "values are [N], or [N, k] of k quantities" });
-            };
-            Ok(Some((columns, header.read_f32(reader, at, Cap::of_labels(limits))?)))
-        })?;
-        let Some((columns, values)) = read else { return Ok(None) };
-        if *width.get_or_insert(columns) != columns {
-            return Err(parts_differ(archive, arrays, array));
-        }
-        all.extend(values);
-    }
-    // Many frameworks store one-hot classes as floats; who names quantities means values.
-    let is_one_hot = |width: usize| width > 1 && all.chunks_exact(width).all(|row| class_of(row).is_some());
-    let is_values = |width: &usize| facts.quantities.is_some() || !is_one_hot(*width);
-    let Some(width) = width.filter(is_values) else { return Ok(None) };
-    Ok(Some(Values::new(names_file::quantities(facts, &arrays.join(" with "), width)?, all)))
-}
-
-/// Labels row by row, the number of columns, and their names where the array says them.
-pub(crate) struct StoredLabels {
-    pub values: Vec<i64>,
-    columns: usize,
-    names: Option<Names>,
-}
-
-impl Default for StoredLabels {
-    /// Returns no labels, in one column.
-    fn default() -> Self {
-        Self { values: vec![], columns: 1, names: None }
-    }
-}
-
-fn read_labels(
-    archive: &mut Archive,
-    arrays: &[String],
-    known: Option<&Names>,
-    options: &ReadOptions,
-    samples: usize,
-) -> Result<StoredLabels> {
-    let wanted = "labels are whole numbers from 0: save y as an integer array";
-    let Column { values, columns } = column(archive, arrays, "y", wanted, &options.limits)?;
-    let columns = columns.ok_or_else(|| Error::Shape {
-        at: archive.at(&arrays[0]),
-        shape: archive.shape(&arrays[0]),
-        wanted: "labels are [N], or [N, k] for k attributes",
-    })?;
-    let name = arrays.join(" with ");
-    match values {
-        StoredValues::Texts(texts) => named(texts, columns, &name, archive.file(), known),
-        StoredValues::Numbers(values) if archive.counts_from_one() => {
-            Ok(from_one(values, columns, samples, name))
-        }
-        StoredValues::Numbers(values) => Ok(StoredLabels { values, columns, names: None }),
-    }
-}
-
-/// Turns texts into labels: positions among those that occur, or among the names of a file beside.
-pub(crate) fn named(
-    texts: Vec<String>,
-    columns: usize,
-    array: &str,
-    file: &str,
-    known: Option<&Names>,
-) -> Result<StoredLabels> {
-    let mut values = vec![0; texts.len()];
-    let mut lists = vec![];
-    for column in 0..columns {
-        let texts: Vec<String> = texts.iter().skip(column).step_by(columns).cloned().collect();
-        let places: Vec<i64> = match known.and_then(|known| Some((known, known.columns.get(column)?))) {
-            None => {
-                let (names, places) = by_name(texts);
-                lists.push(names);
-                places.into_iter().map(i64::from).collect()
-            }
-            Some((known, names)) => {
-                let place = |(row, text): (usize, &String)| {
-                    let place = names.iter().position(|name| name == text);
-                    place.map(|place| place as i64).ok_or_else(|| {
-                        let why = format!("does not name {text:?}, which {file}: {array}[{row}] is");
-                        Error::labels_form(&known.file, why)
-                    })
-                };
-                texts.iter().enumerate().map(place).collect::<Result<_>>()?
-            }
-        };
-        values.iter_mut().skip(column).step_by(columns).zip(places).for_each(|(value, place)| *value = place);
-    }
-    let names = known.is_none().then(|| Names { file: array.into(), columns: lists, is_given: false });
-    Ok(StoredLabels { values, columns, names })
-}
-
-/// Turns numbers that MATLAB counts from 1 into numbers from 0, with the old number as name.
-fn from_one(mut y: Vec<i64>, columns: usize, samples: usize, array: String) -> StoredLabels {
-    if y.iter().min() != Some(&1) {
-        return StoredLabels { values: y, columns, names: None };
-    }
-    y.iter_mut().for_each(|label| *label -= 1);
-    let names = |column: usize| match y.iter().skip(column).step_by(columns).max() {
-        None => vec![],
-        // More names than samples are never needed: larger numbers are refused as gaps.
-        Some(last) => (0..=*last.min(&(samples as i64))).map(|label| (label + 1).to_string()).collect(),
-    };
-    let columns_of = (0..columns).map(names).collect();
-    let names = Names { file: array, columns: columns_of, is_given: false };
-    StoredLabels { values: y, columns, names: Some(names) }
 }
 
 /// Reads groups and the name of their array; texts are numbered as class names are.

@@ -47,7 +47,7 @@ pub(crate) fn read(place: &Place, found: FoundFiles, options: &ReadOptions) -> R
     };
     let file = root.display().to_string();
     let (format, first) = same_format(place, &found.files, &file)?;
-    refuse_array_options(&file, format, &found, options)?;
+    refuse_array_options(&file, format, &found, options, place.needs_labels())?;
     refuse_resize(&file, format, options)?;
     options.limits.refuse_samples(&file, found.files.len() as u64)?;
     let stated = ReadOptions { layout: options.layout.or(found.facts.layout), ..options.clone() };
@@ -187,6 +187,7 @@ fn refuse_array_options(
     format: &dyn FileFormat,
     found: &FoundFiles,
     options: &ReadOptions,
+    is_learning: bool,
 ) -> Result<()> {
     let set = [
         ("x", options.names_x() && !format.takes_option("x")),
@@ -194,10 +195,14 @@ fn refuse_array_options(
         ("group", options.group.is_some() && !found.is_table),
         ("test", options.test.is_some()),
         ("test_above", options.test_above.is_some()),
+        ("target", options.target.is_some()),
     ];
     let why = "names an array of a .npz; a folder per class has none (group_block divides \
                   the position of each file in its class folder)";
     refuse_set(file, &set, why)?;
+    let why = "names an array or a column of readings; here each file is a recording: leave it out";
+    // A model that was trained on such an array says so of every recording.
+    refuse_set(file, &[("recording", options.recording.is_some() && is_learning)], why)?;
     let why = "divides the positions of files in their class folders; these have groups of their own";
     refuse_set(file, &[("group_block", options.group_block.is_some() && found.groups.is_some())], why)
 }

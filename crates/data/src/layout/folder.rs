@@ -1,6 +1,6 @@
 //! Reads a folder of recordings, whose classes are said by a table, by folders or by names.
 
-use crate::dataset::labels::{as_values, values_said};
+use crate::dataset::labels::values_said;
 use crate::dataset::raw::Raw;
 use crate::dataset::targets::Values;
 use crate::formats::bag::names;
@@ -13,6 +13,7 @@ use crate::layout::listing::{FoundFiles, Listing, list, unsorted};
 use crate::layout::names_file::{self, NAMES};
 use crate::options::ReadOptions;
 use crate::reader::{Format, Place, Purpose, Reader};
+use crate::targets::texts::TextTargets;
 use crate::{Error, Result};
 use std::path::Path;
 
@@ -46,6 +47,7 @@ impl Reader for Folder {
     }
 
     fn read(&self, place: &Place, options: &ReadOptions) -> Result<Raw> {
+        options.refuse_targets(&place.file())?;
         let top = list(place.path)?;
         match labelled(place.path, &top, options)? {
             Some(found) => files::read(place, found, options),
@@ -72,25 +74,59 @@ fn labelled(path: &Path, top: &Listing, options: &ReadOptions) -> Result<Option<
     found.ignored.retain(|name| name != NAMES);
     let (order, facts) = names_file::of_named(&[names], &found.classes, &options.limits)?;
     found.facts = facts;
-    if order.is_none() && found.is_table {
-        set_values(&mut found, options)?;
+    // Who lists the numbers as classes means classes.
+    if options.wants_values() || order.is_none() && found.is_table {
+        set_values(path, &mut found, options)?;
     }
+    refuse_no_class(path, &found)?;
     Ok(Some(match order {
         Some(order) => found.in_order(&order),
         None => found,
     }))
 }
 
-/// Takes labels of a table as values, where they are numbers with fractions.
-fn set_values(found: &mut FoundFiles, options: &ReadOptions) -> Result<()> {
-    let Some(values) = as_values(&found.classes) else { return Ok(()) };
-    let name = if options.names_y() { options.y() } else { "label" };
-    let quantities = names_file::quantities(&found.facts, name, 1)?;
-    found.read_as.push(values_said(&quantities[0].name));
-    let of_files = found.labels.iter().map(|label| values[*label as usize]).collect();
-    found.values = Some(Values::new(quantities, of_files));
+/// Takes labels as values, where they are asked for or have fractions.
+fn set_values(path: &Path, found: &mut FoundFiles, options: &ReadOptions) -> Result<()> {
+    if !found.is_table {
+        found.texts = found.labels.iter().map(|label| found.classes[*label as usize].clone()).collect();
+        found.target_names = vec!["class".into()];
+    }
+    let place = |row: usize| match found.lines.get(row) {
+        Some(line) => format!("line {line}"),
+        None => found.files[row].display().to_string(),
+    };
+    let targets = TextTargets { names: &found.target_names, texts: &found.texts };
+    let values = targets.values(options, found.facts.quantities.is_some(), place);
+    let file = if found.is_table { path.join(LABELS) } else { path.to_path_buf() };
+    let Some(values) = values.map_err(|why| Error::file(file, why))? else { return Ok(()) };
+    let columns: Vec<(&str, usize)> = found.target_names.iter().map(|name| (name.as_str(), 1)).collect();
+    let quantities = names_file::quantities(&found.facts, &columns)?;
+    found.read_as.extend(values_said(&quantities, options));
+    found.values = Some(Values::new(quantities, values));
     (found.labels, found.classes) = (vec![], vec![]);
     Ok(())
+}
+
+/// Refuses a table that says no class of a recording, or of each several.
+fn refuse_no_class(path: &Path, found: &FoundFiles) -> Result<()> {
+    if found.values.is_some() || !found.is_table {
+        return Ok(());
+    }
+    let targets = TextTargets { names: &found.target_names, texts: &found.texts };
+    let why = if let Some((row, column)) = targets.first_empty() {
+        format!(
+            "line {}: {column} is empty; write a first line file,label or file,label,group and a line per recording",
+            found.lines[row]
+        )
+    } else if let [_, _, ..] = found.target_names.as_slice() {
+        let names = found.target_names.join(" and ");
+        format!(
+            "{names} hold whole numbers or texts, which are classes; name one of them with y, or say task = \"values\""
+        )
+    } else {
+        return Ok(());
+    };
+    Err(Error::file(path.join(LABELS), why))
 }
 
 /// Says what a folder lacks, and which of its files are data sets themselves.

@@ -51,7 +51,8 @@ pub(crate) fn read(root: &Path, top: &Listing, options: &ReadOptions) -> Result<
 struct LabelTableColumns {
     header: csv::StringRecord,
     file: usize,
-    label: usize,
+    /// Labels, or values of several quantities.
+    labels: Vec<usize>,
     group: Option<(usize, String)>,
     /// Start and end of parts of bags.
     span: Option<(usize, usize)>,
@@ -68,7 +69,11 @@ impl LabelTableColumns {
         };
         Ok(Self {
             file: needed("file")?,
-            label: needed(if options.names_y() { options.y() } else { "label" })?,
+            labels: if options.names_y() {
+                options.y_names().iter().map(|name| needed(name)).collect::<Result<_, _>>()?
+            } else {
+                vec![needed("label")?]
+            },
             group: match &options.group {
                 Some(name) => Some((needed(name)?, name.clone())),
                 None => place("group").map(|at| (at, "group".to_string())),
@@ -83,9 +88,12 @@ impl LabelTableColumns {
 #[derive(Default)]
 struct LabelRows {
     files: Vec<PathBuf>,
+    /// Of each column of labels, row by row.
     labels: Vec<String>,
     groups: Vec<String>,
     spans: Vec<[f64; 2]>,
+    /// Line of each row.
+    order: Vec<u64>,
     /// Line of each recording, or part of one.
     lines: HashMap<(PathBuf, String), u64>,
 }
@@ -110,26 +118,32 @@ impl LabelRows {
             self.spans.push(seconds(span).map_err(|why| format!("line {line}: {why}"))?);
         }
         let group = columns.group.as_ref().map(|(at, _)| *at);
-        let empty = [Some(columns.label), group].into_iter().flatten().find(|at| field(*at).is_empty());
-        if let Some(at) = empty {
+        if let Some(at) = group.filter(|at| field(*at).is_empty()) {
             return Err(format!("line {line}: {} is empty", &columns.header[at]));
         }
         self.files.push(file);
-        self.labels.push(field(columns.label).to_string());
+        self.labels.extend(columns.labels.iter().map(|at| field(*at).to_string()));
+        self.order.push(line);
         self.groups.extend(group.map(|at| field(at).to_string()));
         Ok(())
     }
 
     /// Returns the recordings with labels and groups as numbers.
     fn found(self, columns: LabelTableColumns) -> Result<FoundFiles, String> {
-        let Self { files, labels, groups, spans, .. } = self;
+        let Self { files, labels: texts, groups, spans, order, .. } = self;
         let numbers = |values: Vec<u32>| values.into_iter().map(i64::from).collect();
-        let (classes, labels) = by_name(labels);
+        // Several columns make no class.
+        let (classes, labels) =
+            if columns.labels.len() == 1 { by_name(texts.clone()) } else { (vec![], vec![]) };
+        let target_names = columns.labels.iter().map(|at| columns.header[*at].to_string()).collect();
         let groups = columns.group.map(|(_, name)| Ok::<_, String>((name, group_numbers(groups)?)));
         Ok(FoundFiles {
             positions: (0..files.len() as i64).collect(),
             labels: numbers(labels),
             classes,
+            texts,
+            target_names,
+            lines: order,
             groups: groups.transpose()?,
             labelled_by: LABELS,
             is_table: true,

@@ -5,7 +5,7 @@ use crate::ending::has_ending;
 use crate::formats::names::is_lerobot;
 use crate::formats::parquet_file;
 use crate::formats::table::options::{TableForm, TableOptions};
-use crate::formats::table::table;
+use crate::formats::table::table::{self, LabelsByRecording};
 use crate::formats::table::text_columns::TableText;
 use crate::formats::text::{csv_reader, read_text};
 use crate::layout::label_table::LABELS;
@@ -14,6 +14,7 @@ use crate::layout::listing::list;
 use crate::layout::order::in_order;
 use crate::options::{ReadOptions, refuse_set};
 use crate::reader::{Format, Place, Reader};
+use crate::targets::options::TargetNames;
 use crate::{Error, Result};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -60,14 +61,14 @@ impl Reader for LeRobot {
         let features = Features::read(path, &options.limits)?;
         let mut table = TableText::of_files(file, &files, &options.limits)?.in_order();
         table.meanings = table.header.iter().map(|column| features.meaning(column, &table.header)).collect();
-        let labels = labels_by_episode(path, options)?;
+        let labels = labels_by_episode(path, &table.header, &features, options)?;
         let columns = with_columns(&table, &features, options, labels.is_some());
-        let has_tasks = labels.is_none() && columns.y() == TASK;
+        let has_tasks = labels.is_none() && columns.y_names() == [TASK];
         let beside = (None, SampleFacts::default());
         let needs_labels = place.needs_labels();
         let mut raw = table::read(&table, name_of(path), beside, &columns, needs_labels, labels.as_ref())?;
         raw.read_as.insert(0, "a set of LeRobot: recordings are its episodes".to_string());
-        if has_tasks {
+        if has_tasks && raw.values.is_none() {
             name_tasks(&mut raw, path, &options.limits)?;
         }
         features.account(&mut raw, OBSERVED, &table.header, options)?;
@@ -105,7 +106,7 @@ fn with_columns(
     let observes = table.header.iter().any(|name| name.starts_with(OBSERVED));
     let is_other = |name: &&String| {
         let is_other = if observes { !name.starts_with(OBSERVED) } else { COUNTERS.contains(&name.as_str()) };
-        is_other && *name != options.y()
+        is_other && !options.y_names().contains(name)
     };
     let mut ignore: Vec<String> = table.header.iter().filter(is_other).cloned().collect();
     for name in &given.ignore {
@@ -115,11 +116,23 @@ fn with_columns(
         }
     }
     let is_other = options.names_y() || has_labels || !has(TASK);
+    let recording = options.recording.clone().filter(|name| has(name));
+    // A feature of several numbers is all of its columns.
+    let columns = |name: &String| match features.columns(name, &table.header) {
+        Some(columns) if !has(name) => columns.into_iter().cloned().collect(),
+        _ => vec![name.clone()],
+    };
+    let y: Option<TargetNames> =
+        options.y.as_ref().map(|_| options.y_names().iter().flat_map(columns).collect::<Vec<_>>().into());
     ReadOptions {
-        y: if is_other { options.y.clone() } else { Some(TASK.into()) },
+        y: match (is_other, has_labels) {
+            (true, true) => None,
+            (true, false) => y,
+            (false, _) => Some(TASK.into()),
+        },
         table: TableOptions {
             form: given.form.or(Some(TableForm::Long)),
-            recording: named(&given.recording, "episode_index"),
+            recording: named(&given.recording.clone().or(recording), "episode_index"),
             time: named(&given.time, "timestamp"),
             ignore,
             ..given.clone()
@@ -128,8 +141,13 @@ fn with_columns(
     }
 }
 
-/// Reads the label of each episode from `labels.csv`.
-fn labels_by_episode(path: &Path, options: &ReadOptions) -> Result<Option<HashMap<String, String>>> {
+/// Reads the label of each episode from `labels.csv`; none where the options name features.
+fn labels_by_episode(
+    path: &Path,
+    columns: &[String],
+    features: &Features,
+    options: &ReadOptions,
+) -> Result<Option<LabelsByRecording>> {
     let path = path.join(LABELS);
     if !path.is_file() {
         return Ok(None);
@@ -142,17 +160,24 @@ fn labels_by_episode(path: &Path, options: &ReadOptions) -> Result<Option<HashMa
     let place = |names: &[&str]| {
         header.iter().position(|column| names.iter().any(|name| column.eq_ignore_ascii_case(name)))
     };
-    let label = if options.names_y() { options.y() } else { "label" };
-    let (Some(episode), Some(label)) = (place(&["episode", "episode_index"]), place(&[label])) else {
+    let usual = ["label".to_string()];
+    let wanted = if options.names_y() { options.y_names() } else { &usual };
+    let labels: Option<Vec<usize>> = wanted.iter().map(|name| place(&[name])).collect();
+    let (Some(episode), Some(labels)) = (place(&["episode", "episode_index"]), labels) else {
+        let is_feature = |name: &String| features.columns(name, columns).is_some();
+        if options.names_y() && wanted.iter().all(is_feature) {
+            return Ok(None);
+        }
         return Err(Error::file(&path, "write a first line episode,label and a line per episode"));
     };
-    let mut labels = HashMap::new();
+    let mut of = HashMap::new();
     for record in reader.records() {
         let record = record.map_err(&csv)?;
         let field = |at: usize| record.get(at).unwrap_or_default().to_string();
-        if field(label).is_empty() || labels.insert(field(episode), field(label)).is_some() {
+        let texts: Vec<String> = labels.iter().map(|at| field(*at)).collect();
+        if texts.iter().all(String::is_empty) || of.insert(field(episode), texts).is_some() {
             return Err(Error::file(&path, format!("episode {:?} has no label or two rows", field(episode))));
         }
     }
-    Ok(Some(labels))
+    Ok(Some(LabelsByRecording { names: wanted.to_vec(), of }))
 }

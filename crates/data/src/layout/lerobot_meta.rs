@@ -57,8 +57,8 @@ impl Features {
         for Feature { name, dtype, shape, .. } in &self.all {
             let mut columns = header.iter().filter(|column| suffix(column, name).is_some());
             let is_read = columns.any(|column| !raw.others.contains(column));
-            let has_a_role =
-                [options.y.as_ref(), options.group.as_ref(), options.test.as_ref()].contains(&Some(name));
+            let has_a_role = [options.group.as_ref(), options.test.as_ref()].contains(&Some(name))
+                || options.y_names().contains(name);
             let is_left_out = has_a_role || options.table.ignore.contains(name);
             if is_read || is_left_out || !name.starts_with(observed) {
                 continue;

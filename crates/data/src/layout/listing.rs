@@ -15,6 +15,10 @@ pub(crate) struct FoundFiles {
     /// Position of each file's class in `classes`.
     pub labels: Vec<i64>,
     pub classes: Vec<String>,
+    /// The targets in a table, row by row of as many columns as `target_names` names, and the line of each row.
+    pub texts: Vec<String>,
+    pub target_names: Vec<String>,
+    pub lines: Vec<u64>,
     /// Position of each file in its class folder.
     pub positions: Vec<i64>,
     /// Name of the groups, and the group of each file.

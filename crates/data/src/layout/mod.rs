@@ -1,5 +1,7 @@
 //! Layouts: how files in folders, and arrays in a file, make a data set.
 
+pub(crate) mod array_labels;
+pub(crate) mod array_targets;
 pub(crate) mod arrays;
 pub(crate) mod class_folders;
 pub(crate) mod files;
@@ -20,6 +22,7 @@ pub(crate) mod names_file;
 )))]
 pub(crate) mod not_built;
 pub(crate) mod order;
+pub(crate) mod readings;
 pub(crate) mod roles;
 pub(crate) mod sample;
 pub(crate) mod split_part;

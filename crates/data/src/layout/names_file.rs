@@ -6,6 +6,7 @@ use crate::dataset::targets::Quantity;
 use crate::formats::text::read_text;
 use crate::layout::listing::last;
 use crate::options::Limits;
+use crate::targets::quantities::named_after;
 use crate::{Error, Result};
 use serde_json::Value;
 use std::collections::HashMap;
@@ -66,17 +67,16 @@ pub(crate) fn of_named(
     }
 }
 
-/// Returns the quantities of the columns of values: as the file of names says, or by the name of their array.
-pub(crate) fn quantities(facts: &SampleFacts, array: &str, width: usize) -> Result<Vec<Quantity>> {
-    let numbered = |i: usize| Quantity {
-        name: if width == 1 { array.to_string() } else { format!("{array}-{i}") },
-        unit: None,
-    };
+/// Returns the quantities of arrays or columns of values, each of so many numbers a row: as the file of names says, or by
+/// their own names.
+pub(crate) fn quantities(facts: &SampleFacts, arrays: &[(&str, usize)]) -> Result<Vec<Quantity>> {
+    let width: usize = arrays.iter().map(|(_, width)| width).sum();
     match &facts.quantities {
-        None => Ok((0..width).map(numbered).collect()),
+        None => Ok(named_after(arrays)),
         Some(named) if named.len() == width => Ok(named.clone()),
         Some(named) => {
-            let why = format!("names {} quantities, but {array} has {width} columns", named.len());
+            let names = arrays.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(" with ");
+            let why = format!("names {} quantities, but {names} has {width} columns", named.len());
             Err(Error::labels_form(&facts.file, why))
         }
     }

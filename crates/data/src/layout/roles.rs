@@ -11,8 +11,8 @@ const LABELS: [&str; 2] = ["Y", "labels"];
 #[derive(Debug, PartialEq)]
 pub(crate) struct Roles {
     pub x: SampleArrays,
-    /// One array, or that of the training and that of the test samples.
-    pub y: Option<Vec<String>>,
+    /// By target one array, or that of the training and that of the test samples.
+    pub y: Option<Vec<Vec<String>>>,
     pub group: Option<Vec<String>>,
 }
 
@@ -39,6 +39,22 @@ pub(crate) struct Unclear {
 }
 
 impl Roles {
+    /// Returns the name of the arrays of samples in messages.
+    pub fn x_name(&self) -> String {
+        match &self.x {
+            SampleArrays::One(x) => x.clone(),
+            SampleArrays::Split(both) => both.join(" with "),
+            SampleArrays::Each(_) => "the other arrays".into(),
+        }
+    }
+
+    /// Returns the names of the arrays of targets in messages.
+    pub fn y_name(&self) -> Option<String> {
+        let each =
+            |arrays: &Vec<Vec<String>>| arrays.iter().map(|halves| halves.join(" with ")).collect::<Vec<_>>();
+        self.y.as_ref().map(|arrays| each(arrays).join(", "))
+    }
+
     /// Looks among the arrays `held`, in the order in which they were saved; `labels_of` counts the labels of an array.
     pub fn of(
         held: &[String],
@@ -48,11 +64,11 @@ impl Roles {
     ) -> Result<Self, Unclear> {
         let others = |is_named: bool, others| if is_named { &[][..] } else { others };
         let x = Role { held, name: options.x(), others: others(options.names_x(), &SAMPLES), option: "x" };
-        let y = Role { held, name: options.y(), others: others(options.names_y(), &LABELS), option: "y" };
+        let y = |split| targets(held, options, split);
         match x.find() {
             Ok(found) => {
                 let split = found.len() == 2;
-                let labels = match y.find_in(split) {
+                let labels = match y(split) {
                     Ok(found) => Some(found),
                     Err(unclear) if needs_labels || !unclear.several.is_empty() => return Err(unclear),
                     Err(_) => None,
@@ -66,15 +82,15 @@ impl Roles {
             }
             Err(unclear) => {
                 // Labels and as many other arrays: each is a recording.
-                let Ok(labels) = y.find_in(false) else { return Err(unclear) };
+                let Ok(labels) = y(false) else { return Err(unclear) };
                 let group = group(held, options, false)?;
                 let is_other = |name: &&String| {
-                    !labels.contains(name)
+                    !labels.iter().flatten().any(|label| label == *name)
                         && group.as_ref().is_none_or(|group| !group.contains(name))
                         && options.test.as_ref() != Some(*name)
                 };
                 let each: Vec<String> = held.iter().filter(is_other).cloned().collect();
-                let count = labels_of(&labels[0]);
+                let count = labels_of(&labels[0][0]);
                 if !unclear.several.is_empty() || each.len() < 2 || count != Some(each.len() as u64) {
                     return Err(unclear);
                 }
@@ -82,6 +98,15 @@ impl Roles {
             }
         }
     }
+}
+
+/// Finds the arrays of targets: those that are named, or `y` or what stands for it.
+fn targets(held: &[String], options: &ReadOptions, split: bool) -> Result<Vec<Vec<String>>, Unclear> {
+    if options.names_y() {
+        let one = |name: &String| Role { held, name, others: &[], option: "y" }.find_in(split);
+        return options.y_names().iter().map(one).collect();
+    }
+    Role { held, name: "y", others: &LABELS, option: "y" }.find_in(split).map(|one| vec![one])
 }
 
 /// Finds the array of groups: the one that is named, or `group` where there is one.

@@ -18,7 +18,8 @@ pub(crate) struct TableColumns {
     pub form: TableForm,
     pub recording: Option<usize>,
     pub time: Option<(usize, Clock)>,
-    pub label: Option<usize>,
+    /// Labels, or values of several quantities.
+    pub labels: Vec<usize>,
     pub group: Option<usize>,
     /// Marks of the samples to test on.
     pub test: Option<usize>,
@@ -37,10 +38,7 @@ impl TableColumns {
         let table = &options.table;
         let ignored = |name: &String| header.named(name, "table.ignore");
         let ignored: Vec<usize> = table.ignore.iter().map(ignored).collect::<Result<_>>()?;
-        let recording = match &table.recording {
-            Some(name) => Some(header.named(name, "table.recording")?),
-            None => recording_in(header.names),
-        };
+        let recording = header.recording(options, needed)?;
         let time = header.time(table, &ignored)?;
         let form = match (table.form, recording, time) {
             (Some(form), _, _) => form,
@@ -57,12 +55,13 @@ impl TableColumns {
         if form == TableForm::Long && recording.is_none() {
             return Err(header.missing("recording", "table.recording"));
         }
-        let label = if options.names_y() {
-            Some(header.named(options.y(), "y")?)
+        let labels: Vec<usize> = if options.names_y() {
+            options.y_names().iter().map(|name| header.named(name, "y")).collect::<Result<_>>()?
         } else {
-            LABEL.iter().find_map(|name| header.find(name)).or_else(|| header.lone_y())
+            let usual = LABEL.iter().find_map(|name| header.find(name)).or_else(|| header.lone_y());
+            usual.into_iter().collect()
         };
-        if needed && label.is_none() {
+        if needed && labels.is_empty() {
             return Err(header.missing("label", "y"));
         }
         let group = match &options.group {
@@ -70,12 +69,12 @@ impl TableColumns {
             None => header.find("group"),
         };
         let test = options.test.as_ref().map(|name| header.named(name, "test")).transpose()?;
-        let used = [recording, time.map(|(at, _)| at), label, group, test];
+        let used = [recording, time.map(|(at, _)| at), group, test];
         let is_ignored = |at: usize| {
             // Another column of classes would give the answer away.
             ignored.contains(&at) || is_like_a_role(&header.names[at])
         };
-        let is_free = |at: &usize| !used.contains(&Some(*at)) && !is_ignored(*at);
+        let is_free = |at: &usize| !used.contains(&Some(*at)) && !labels.contains(at) && !is_ignored(*at);
         let named = |name: &String| header.named(name, "table.columns");
         let rest = if table.columns.is_empty() {
             (0..header.names.len()).filter(is_free).collect()
@@ -83,7 +82,7 @@ impl TableColumns {
             table.columns.iter().map(named).collect::<Result<_>>()?
         };
         let shape = table.shape.clone();
-        Ok(Self { form, recording, time, label, group, test, rest, left_out: vec![], shape })
+        Ok(Self { form, recording, time, labels, group, test, rest, left_out: vec![], shape })
     }
 
     /// Decides by their cells what the columns are that may be channels: leaves the channels in `rest` and returns those of
@@ -124,7 +123,8 @@ impl TableColumns {
     /// Lists the columns that are used beside the channels; the time of a sample is no feature of it.
     pub fn used(&self) -> impl Iterator<Item = usize> {
         let time = self.time.filter(|_| self.form == TableForm::Long).map(|(at, _)| at);
-        [self.recording, time, self.label, self.group, self.test].into_iter().flatten()
+        let one = [self.recording, time, self.group, self.test];
+        one.into_iter().flatten().chain(self.labels.iter().copied())
     }
 }
 
@@ -162,6 +162,22 @@ impl Header<'_> {
     /// Finds the column that an option names.
     fn named(&self, name: &str, option: &'static str) -> Result<usize> {
         self.find(name).ok_or_else(|| self.missing(name, option))
+    }
+
+    /// Finds the column of recordings: the named one, or that of a usual name. One that a model was trained with (not
+    /// `needed`) may be missing.
+    fn recording(&self, options: &ReadOptions, needed: bool) -> Result<Option<usize>> {
+        match (&options.table.recording, &options.recording) {
+            (Some(name), Some(other)) if name != other && needed => {
+                let why =
+                    format!("recording = {other:?} and table.recording = {name:?} are two columns; say one");
+                Err(self.refuse(why))
+            }
+            (Some(name), _) => self.named(name, "table.recording").map(Some),
+            (None, Some(name)) if needed => self.named(name, "recording").map(Some),
+            (None, Some(name)) => Ok(self.find(name).or_else(|| recording_in(self.names))),
+            (None, None) => Ok(recording_in(self.names)),
+        }
     }
 
     /// Finds the column of time stamps: the named one, or that of a usual name that is not `ignored`.

@@ -4,6 +4,7 @@ use crate::dataset::precision::Precision;
 use crate::formats::clock::Timing;
 use crate::formats::stamps::{Mended, Stamp, StampRule, TOO_MANY};
 use crate::formats::table::columns::TableColumns;
+use crate::formats::table::label_changes::{LabelChanges, StepLabels};
 use crate::formats::table::options::Clock;
 use crate::formats::table::text_columns::{TableRow, TableText};
 use crate::formats::timed::Timed;
@@ -15,12 +16,13 @@ use std::collections::HashMap;
 /// One recording of a table, without its values.
 pub(crate) struct TableRecording {
     pub name: String,
-    pub label: Option<String>,
+    /// Of each column of labels; empty where a row has none.
+    pub labels: Vec<String>,
     pub group: Option<String>,
     /// Not 0 where it is tested on.
     pub mark: Option<i64>,
     /// Line of its first row, and the file that holds it.
-    line: u64,
+    pub line: u64,
     file: String,
 }
 
@@ -29,7 +31,7 @@ impl TableRecording {
     pub fn of(row: &TableRow, name: String, columns: &TableColumns) -> Result<Self> {
         Ok(Self {
             name,
-            label: columns.label.map(|at| row.named(at)).transpose()?,
+            labels: columns.labels.iter().map(|at| row.label(*at)).collect(),
             group: columns.group.map(|at| row.named(at)).transpose()?,
             mark: columns.test.map(|at| row.mark(at)).transpose()?,
             line: row.line,
@@ -44,6 +46,8 @@ pub(crate) struct LongTable {
     pub x: Option<Ragged>,
     pub timing: Option<Timing>,
     pub mended: Mended,
+    /// The labels of each row, where those of a recording change.
+    pub steps: Option<StepLabels>,
 }
 
 /// Reads all recordings, in the order in which they begin, as `[C, T]`, or as `[T, H, W]` where a row has a shape: where
@@ -56,7 +60,7 @@ pub(crate) fn read(
 ) -> Result<LongTable> {
     let mut gathered = Gathered::of(table, columns, channels, options)?;
     let mended = gathered.mended()?;
-    let Gathered { recordings, mut timed, .. } = gathered;
+    let Gathered { recordings, mut timed, changes, .. } = gathered;
     if let Some((_, clock)) = columns.time {
         timed.stamps.iter_mut().for_each(|stamp| *stamp /= clock.per_second());
     }
@@ -66,11 +70,12 @@ pub(crate) fn read(
         let how = "say their unit with table.clock";
         return Err(table.refuse(format!("{why}, being {:e} s apart; {how}", timing.step)));
     }
+    let steps = changes.of_rows(&recordings, &timed);
     if recordings.is_empty() {
-        return Ok(LongTable { recordings, x: None, timing, mended });
+        return Ok(LongTable { recordings, x: None, timing, mended, steps });
     }
     let x = timed.into_recordings(timing, &columns.shape, &table.file, options)?;
-    Ok(LongTable { recordings, x: Some(x), timing, mended })
+    Ok(LongTable { recordings, x: Some(x), timing, mended, steps })
 }
 
 /// The recordings of a table while its rows are read.
@@ -87,6 +92,8 @@ struct Gathered<'t> {
     /// Rows that come together, by recording.
     runs: Vec<(usize, usize)>,
     precision: Precision,
+    /// Rows whose labels differ from those before.
+    changes: LabelChanges,
 }
 
 impl<'t> Gathered<'t> {
@@ -109,6 +116,7 @@ impl<'t> Gathered<'t> {
             timed: Timed { width: channels.len(), ..Timed::default() },
             runs: vec![],
             precision: Precision::default(),
+            changes: LabelChanges::default(),
         };
         let rows = table.likely_rows(channels.len());
         // Growing step by step would take twice the memory in the end.
@@ -129,14 +137,15 @@ impl<'t> Gathered<'t> {
     }
 
     /// Adds a row, and its recording where that is new.
-    fn add(&mut self, read: TableRecording, row: &TableRow, options: &ReadOptions) -> Result<()> {
+    fn add(&mut self, mut read: TableRecording, row: &TableRow, options: &ReadOptions) -> Result<()> {
         let table = self.table;
+        let labels = std::mem::take(&mut read.labels);
         let at = match self.places.get(&read.name) {
             Some(at) => *at,
             None => {
                 options.limits.refuse_samples(&table.file, self.recordings.len() as u64 + 1)?;
                 self.places.insert(read.name.clone(), self.recordings.len());
-                self.recordings.push(read);
+                self.recordings.push(TableRecording { labels: labels.clone(), ..read });
                 self.timed.rows.push(0);
                 self.rules.push(StampRule::default());
                 self.recordings.len() - 1
@@ -165,6 +174,7 @@ impl<'t> Gathered<'t> {
             }
             self.timed.values.push(value);
         }
+        self.changes.see(at, self.timed.rows[at], &self.recordings[at], labels, row, self.columns);
         self.timed.rows[at] += 1;
         match self.runs.last_mut() {
             Some((recording, rows)) if *recording == at => *rows += 1,
@@ -212,7 +222,7 @@ impl<'t> Gathered<'t> {
     }
 }
 
-/// Refuses a row whose label, group or mark differs from that of its recording.
+/// Refuses a row whose group or mark differs from that of its recording.
 fn refuse_other(
     table: &TableText,
     recording: &TableRecording,
@@ -223,13 +233,11 @@ fn refuse_other(
     let kind = if table.is_text() { "lines" } else { "rows" };
     let both = || format!("{kind} {} and {} are both recording {name:?}", recording.line, row.line);
     let refuse = |why: String| Err(Error::file(row.file, format!("{}, but {why}", both())));
-    let said = [(columns.label, &recording.label), (columns.group, &recording.group)];
-    let other = said.into_iter().filter_map(|(at, said)| Some((at?, said.as_deref()?)));
-    for (at, said) in other {
-        if row.text(at) != said {
-            let (column, now) = (&table.header[at], row.text(at));
-            return refuse(format!("{column} is {said:?} and {now:?}; say one for all its rows"));
-        }
+    if let Some((at, said)) = columns.group.zip(recording.group.as_deref())
+        && row.text(at) != said
+    {
+        let (column, now) = (&table.header[at], row.text(at));
+        return refuse(format!("{column} is {said:?} and {now:?}; say one for all its rows"));
     }
     if columns.test.map(|at| row.mark(at)).transpose()? != recording.mark {
         return refuse("one is to be tested on and the other is not".into());

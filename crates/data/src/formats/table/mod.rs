@@ -3,11 +3,13 @@
 pub(crate) mod column_kind;
 pub(crate) mod column_name;
 pub(crate) mod columns;
+pub(crate) mod label_changes;
 pub(crate) mod long;
 pub(crate) mod number_form;
 pub(crate) mod options;
 pub(crate) mod recording_columns;
 pub(crate) mod separators;
 pub(crate) mod table;
+pub(crate) mod targets;
 pub(crate) mod text_columns;
 pub(crate) mod time_text;

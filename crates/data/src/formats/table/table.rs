@@ -1,16 +1,15 @@
 //! Reads one table of many recordings, in CSV or Parquet.
 
-use crate::dataset::labels::{as_values, by_name, group_numbers, values_said};
+use crate::dataset::labels::{group_numbers, values_said};
 use crate::dataset::precision::Precision;
 use crate::dataset::raw::{NamedColumn, Names, Raw, SampleFacts, name_of};
-use crate::dataset::targets::Values;
 use crate::formats::clock::Timing;
 use crate::formats::stamps::Mended;
 use crate::formats::table::columns::{TableColumns, recording_in};
 use crate::formats::table::long::{self, LongTable, TableRecording};
 use crate::formats::table::options::{TableForm, TableOptions};
+use crate::formats::table::targets::{StoredTargets, TableTargets};
 use crate::formats::table::text_columns::{TableRow, TableText};
-use crate::layout::arrays;
 use crate::layout::names_file;
 use crate::length::ragged::Collected;
 use crate::options::{Limits, ReadOptions, refuse_set};
@@ -90,7 +89,8 @@ impl TableFile {
     fn is_table(&self, path: &Path, options: &ReadOptions, rank: usize) -> bool {
         let has_recordings = || {
             let Ok(table) = self.opened(path, &options.limits) else { return false };
-            let is_named = options.table.recording.as_ref().is_some_and(|name| table.header.contains(name));
+            let mut named = options.table.recording.iter().chain(&options.recording);
+            let is_named = named.any(|name| table.header.contains(name));
             is_named || recording_in(&table.header).is_some()
         };
         // The options of a model may name columns alone, which does not make a table of a file.
@@ -113,20 +113,17 @@ pub(crate) fn read(
     beside: (Option<Names>, SampleFacts),
     options: &ReadOptions,
     needs_labels: bool,
-    labels_by_recording: Option<&HashMap<String, String>>,
+    labels_by_recording: Option<&LabelsByRecording>,
 ) -> Result<Raw> {
     let file = table.file.clone();
+    options.refuse_targets(&file)?;
     let needs_labels = needs_labels && labels_by_recording.is_none();
     let mut columns = TableColumns::of(&table.header, &file, options, needs_labels)?;
     let texts = columns.settle(table, options)?;
     let channels = columns.rest.clone();
-    if channels.is_empty() {
-        let held = table.header.join(", ");
-        return Err(table.refuse(format!("has no column of numbers beside labels and groups; it has {held}")));
-    }
     refuse_shape(table, &columns, channels.len())?;
     let (names, mut facts) = beside;
-    let LongTable { recordings: mut all, x, timing, mended } = match columns.form {
+    let LongTable { recordings: mut all, x, timing, mended, mut steps } = match columns.form {
         TableForm::Wide => wide(table, &columns, &channels, options)?,
         TableForm::Long => long::read(table, &columns, &channels, options)?,
     };
@@ -134,22 +131,21 @@ pub(crate) fn read(
         facts.rate = Some(timing.rate());
         facts.stamped = facts.rate;
     }
+    let name = |at: usize| table.header[at].clone();
+    let mut y_names: Vec<String> = columns.labels.iter().map(|at| name(*at)).collect();
     if let Some(labels) = labels_by_recording {
+        (y_names, steps) = (labels.names.clone(), None);
         set_labels(table, &mut all, labels)?;
     }
     let x = x.ok_or_else(|| Error::NoSamples { at: file.clone() })?;
-    let name = |at: usize| table.header[at].clone();
-    let y_name = columns.label.map_or_else(|| "label".into(), name);
-    let TableTargets { y, names, values } = targets(&all, &y_name, &file, names, &facts)?;
-    let values_are = values.as_ref().map(|values| values_said(&values.quantities()[0].name));
+    let stored = StoredTargets { table, all: &all, names: &y_names };
+    let TableTargets { y, names, values, steps } =
+        stored.read(steps.as_ref(), timing, (names, &facts), options)?;
+    let y_name = if y_names.is_empty() { "label".into() } else { y_names.join(", ") };
+    let values_are = values.as_ref().and_then(|values| values_said(values.quantities(), options));
     let read_as = described(table, &columns, channels.len(), timing).into_iter().chain(mended.said());
     let read_as = read_as.chain(values_are).collect();
-    let used: Vec<usize> = columns.used().chain(channels.iter().chain(&texts).copied()).collect();
-    let others = (0..table.header.len()).filter(|at| !used.contains(at));
-    let why = |at: usize| {
-        columns.left_out.iter().find(|(column, _)| *column == at).map(|(_, why)| format!(" ({why})"))
-    };
-    let ignored = others.map(|at| format!("column {:?}{}", name(at), why(at).unwrap_or_default())).collect();
+    let ignored = ignored(table, &columns, &texts);
     let groups = groups(&all, columns.group.map(name), &file, options)?;
     let official =
         columns.test.map(|at| (name(at), all.iter().filter_map(|recording| recording.mark).collect()));
@@ -163,8 +159,10 @@ pub(crate) fn read(
         x_name: "the table".into(),
         y_name,
         y,
+        columns: if values.is_some() { 1 } else { y_names.len().max(1) },
         names,
         values,
+        steps,
         facts,
         groups,
         official,
@@ -178,12 +176,29 @@ pub(crate) fn read(
     })
 }
 
+/// Names the columns that are not read, and why; `texts` are passed over under another name.
+fn ignored(table: &TableText, columns: &TableColumns, texts: &[usize]) -> Vec<String> {
+    let used: Vec<usize> = columns.used().chain(columns.rest.iter().chain(texts).copied()).collect();
+    let others = (0..table.header.len()).filter(|at| !used.contains(at));
+    let why = |at: usize| {
+        columns.left_out.iter().find(|(column, _)| *column == at).map(|(_, why)| format!(" ({why})"))
+    };
+    others.map(|at| format!("column {:?}{}", table.header[at], why(at).unwrap_or_default())).collect()
+}
+
+/// Labels of recordings from a table of their own.
+pub(crate) struct LabelsByRecording {
+    /// The columns.
+    pub names: Vec<String>,
+    pub of: HashMap<String, Vec<String>>,
+}
+
 /// Gives each recording its label.
-fn set_labels(table: &TableText, all: &mut [TableRecording], labels: &HashMap<String, String>) -> Result<()> {
+fn set_labels(table: &TableText, all: &mut [TableRecording], labels: &LabelsByRecording) -> Result<()> {
     for recording in all {
-        let label = labels.get(&recording.name).cloned();
+        let label = labels.of.get(&recording.name).cloned();
         let why = || table.refuse(format!("recording {:?} has no row in labels.csv", recording.name));
-        recording.label = Some(label.ok_or_else(why)?);
+        recording.labels = label.ok_or_else(why)?;
     }
     Ok(())
 }
@@ -216,9 +231,13 @@ fn remembered(table: &TableText, columns: &TableColumns, channels: &[usize]) -> 
     }
 }
 
-/// Refuses a shape that the channels of a row do not have.
+/// Refuses a table without channels, and a shape that those of a row do not have.
 fn refuse_shape(table: &TableText, columns: &TableColumns, channels: usize) -> Result<()> {
     let TableColumns { form, shape, .. } = columns;
+    if channels == 0 {
+        let held = table.header.join(", ");
+        return Err(table.refuse(format!("has no column of numbers beside labels and groups; it has {held}")));
+    }
     if shape.is_empty() {
         return Ok(());
     }
@@ -260,7 +279,8 @@ fn described(
     if let (TableForm::Long, Some((at, clock))) = (columns.form, columns.time) {
         parts.push(format!("time by {:?} in {}", name(at), clock.name()));
     }
-    parts.extend(role("labels", columns.label));
+    let labels: Vec<String> = columns.labels.iter().map(|at| format!("{:?}", name(*at))).collect();
+    parts.extend((!labels.is_empty()).then(|| format!("labels by {}", labels.join(", "))));
     parts.extend(role("groups", columns.group));
     parts.extend(table.has_decimal_commas().then(|| "decimals with commas".into()));
     let timing = timing.map(|timing| timing.to_string());
@@ -298,51 +318,8 @@ fn wide(
         Ok(true)
     })?;
     table.refuse_lossy(&precision, channels)?;
-    Ok(LongTable { recordings: all, x: collected.finish(), timing: None, mended: Mended::default() })
-}
-
-/// The labels of a table, or its values.
-#[derive(Default)]
-struct TableTargets {
-    y: Vec<i64>,
-    names: Option<Names>,
-    values: Option<Values>,
-}
-
-/// Returns labels as positions among their names: those of the file beside, or those that occur. Numbers with fractions
-/// are values, and so are all numbers where the file beside names a quantity.
-fn targets(
-    all: &[TableRecording],
-    y: &str,
-    file: &str,
-    names: Option<Names>,
-    facts: &SampleFacts,
-) -> Result<TableTargets> {
-    let texts: Vec<String> = all.iter().filter_map(|recording| recording.label.clone()).collect();
-    if texts.is_empty() {
-        return Ok(TableTargets { names, ..TableTargets::default() });
-    }
-    let values = match facts.quantities {
-        Some(_) => texts.iter().map(|text| text.parse().ok()).collect(),
-        None => as_values(&texts),
-    };
-    if let Some(values) = values.filter(|_| names.is_none()) {
-        let values = Some(Values::new(names_file::quantities(facts, y, 1)?, values));
-        return Ok(TableTargets { values, ..TableTargets::default() });
-    }
-    let numbers: Option<Vec<i64>> = texts.iter().map(|text| text.parse().ok()).collect();
-    let (y, names) = match (names, numbers) {
-        (Some(names), Some(numbers)) if names.columns.iter().any(|known| !known.contains(&texts[0])) => {
-            (numbers, names)
-        }
-        (Some(names), _) => (arrays::named(texts, 1, y, file, Some(&names))?.values, names),
-        (None, _) => {
-            let (classes, values) = by_name(texts);
-            let names = Names { file: y.into(), columns: vec![classes], is_given: true };
-            (values.into_iter().map(i64::from).collect(), names)
-        }
-    };
-    Ok(TableTargets { y, names: Some(names), values: None })
+    let mended = Mended::default();
+    Ok(LongTable { recordings: all, x: collected.finish(), timing: None, mended, steps: None })
 }
 
 /// Returns groups: whole numbers as they are, texts as positions among those that occur.

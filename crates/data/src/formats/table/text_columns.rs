@@ -307,6 +307,13 @@ impl<'t> TableRow<'t> {
         }
     }
 
+    /// Reads a label: with a decimal point where it is a number; it may be empty.
+    pub fn label(&self, at: usize) -> String {
+        let plain = self.plain(at);
+        let is_number = plain.parse::<f64>().is_ok();
+        if is_number { plain.into_owned() } else { self.text(at).to_string() }
+    }
+
     pub fn number(&self, at: usize) -> Result<f32> {
         let number: f32 = self.plain(at).parse().map_err(|_| self.no_number(at))?;
         if number.abs() >= EXACT && self.long(at).is_some_and(is_rounded_whole) {

@@ -12,6 +12,7 @@ use crate::layout::names_file;
 use crate::length::ragged::Collected;
 use crate::options::{ReadOptions, refuse_set};
 use crate::reader::{Format, Place, Reader};
+use crate::targets::options::TaskKind;
 use crate::{Error, Result};
 use std::path::{Path, PathBuf};
 use taxel_base::Layout;
@@ -164,6 +165,8 @@ fn read(place: &Place, pair: &Pair, options: &ReadOptions) -> Result<Raw> {
     let set = [
         ("x", options.names_x()),
         ("y", options.names_y()),
+        ("target", options.target.is_some()),
+        ("recording", options.recording.is_some() && place.needs_labels()),
         ("group", options.group.is_some()),
         ("group_block", options.group_block.is_some()),
         ("resize", options.resize.is_some()),
@@ -215,16 +218,21 @@ fn set_targets(
             return Err(Error::file(&pair.files[0], why));
         }
         CaseTargets::Nothing => return Ok(()),
+        _ if options.wants_values() => Some(numbers(&texts, &raw.file)?),
         CaseTargets::Classes(_) => None,
         CaseTargets::Unsaid => as_values(&texts),
         CaseTargets::Values => Some(numbers(&texts, &raw.file)?),
     };
+    if values.is_some() && options.task == Some(TaskKind::Classes) {
+        let why = "its targets are values, and task = \"classes\" takes classes; leave task out";
+        return Err(Error::file(&pair.files[0], why));
+    }
     let (mut classes, mut y) = by_name(texts);
     let (order, facts) = names_file::of_named(&beside, &classes, &options.limits)?;
     // Who lists the numbers as classes means classes.
-    if let Some(values) = values.filter(|_| order.is_none()) {
-        let quantities = names_file::quantities(&facts, "target", 1)?;
-        raw.read_as = vec![values_said(&quantities[0].name)];
+    if let Some(values) = values.filter(|_| order.is_none() || options.wants_values()) {
+        let quantities = names_file::quantities(&facts, &[("target", 1)])?;
+        raw.read_as = values_said(&quantities, options).into_iter().collect();
         raw.y_name = "the targets".into();
         raw.values = Some(Values::new(quantities, values));
         raw.facts = facts;
