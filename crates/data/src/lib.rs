@@ -54,6 +54,7 @@ pub use check::beginning::{Beginning, EarlyClass};
 pub use check::card::{Card, ClassCount, Contradiction, GroupSummary};
 pub use check::drift::Drift;
 pub use check::duplicates::duplicate_sets;
+pub use check::quantities::QuantitySummary;
 pub use check::shortcut::{Carrier, Shortcut};
 pub use check::values::ChannelRange;
 pub use compare::{FactComparison, FactDifference};

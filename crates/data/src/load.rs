@@ -78,6 +78,7 @@ pub fn survey(path: &Path, options: &ReadOptions) -> Result<Survey> {
     let mut card = Card::new(&checked.dataset);
     (card.other_arrays, card.ignored, card.read_as) = (others, ignored, read_as);
     card.lengths = checked.lengths;
+    card.without_target = checked.without_target;
     card.labels = match checked.label_form {
         LabelForm::One | LabelForm::Unsaid => card.labels,
         LabelForm::OneHot => {

@@ -1,5 +1,6 @@
 //! The card of a data set: its content, and warnings before training on it.
 
+use crate::check::quantities::QuantitySummary;
 use crate::check::shortcut::Shortcut;
 use crate::check::values::ChannelRange;
 use crate::length::lengths::Lengths;
@@ -39,7 +40,7 @@ pub struct Contradiction {
     pub rows: Vec<usize>,
     /// Where they come from.
     pub sources: Vec<String>,
-    /// Class name of each.
+    /// Class name of each, or its value.
     pub labels: Vec<String>,
 }
 
@@ -67,6 +68,9 @@ pub struct Card {
     pub classes: Vec<ClassCount>,
     /// Meaning of the columns of labels, where there are several; of a card by [`check`](crate::check) only.
     pub labels: Option<String>,
+    /// Figures of each quantity, where targets are values.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub quantities: Vec<QuantitySummary>,
     /// Share of the largest class, 0..1: the score of always answering it.
     pub majority_share: f64,
     /// Groups, where the data set has them.
@@ -100,6 +104,9 @@ pub struct Card {
     pub shortcut: Option<Shortcut>,
     /// Sources of rows left out on request.
     pub dropped: Vec<String>,
+    /// Samples left out on request because they have no target; of a card by [`check`](crate::check) only.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub without_target: usize,
     /// Problems that keep the data set from being loaded; empty if it loads.
     pub problems: Vec<String>,
     /// Warnings: the data set loads, but scores may be distorted.
@@ -111,6 +118,10 @@ impl Card {
     pub(crate) fn axes(&self) -> &'static str {
         letters(self.layout)
     }
+}
+
+fn is_zero(count: &usize) -> bool {
+    *count == 0
 }
 
 fn letters(layout: Layout) -> &'static str {

@@ -2,6 +2,8 @@
 
 use crate::check::card::{Card, GroupSummary};
 use crate::check::card_channels;
+use crate::check::quantities::QuantitySummary;
+use crate::error::plural;
 use std::fmt::{self, Display, Formatter, Write};
 
 const WIDTH: usize = 80;
@@ -40,10 +42,15 @@ impl Card {
         if let Some(labels) = &self.labels {
             entry(out, if self.classes.is_empty() { "targets" } else { "" }, labels)?;
         }
+        for lines in self.quantities.iter().map(QuantitySummary::lines) {
+            entries(out, "", &lines)?;
+        }
         let groups = self.groups.as_ref().map_or("none".into(), |groups| {
             let [samples, classes] = [groups.samples, groups.classes].map(span);
             let GroupSummary { groups, name, .. } = groups;
-            format!("{groups} of {name}: {samples} samples each, {classes} classes each")
+            let classes =
+                if self.quantities.is_empty() { format!(", {classes} classes each") } else { String::new() };
+            format!("{groups} of {name}: {samples} samples each{classes}")
         });
         entry(out, "groups", &groups)?;
         if !self.other_arrays.is_empty() {
@@ -59,6 +66,9 @@ impl Card {
         }
         if !self.dropped.is_empty() {
             entry(out, "dropped", &format!("{} rows", self.dropped.len()))?;
+        }
+        if self.without_target > 0 {
+            entry(out, "no target", &format!("{} left out", plural(self.without_target, "sample")))?;
         }
         let list = |texts: &[String]| texts.iter().map(|text| format!("- {text}")).collect::<Vec<_>>();
         entries(out, "mind", &list(&self.warnings))?;

@@ -2,6 +2,7 @@
 
 use crate::check::card::{Card, ClassCount, Contradiction, GroupSummary};
 use crate::check::duplicates::{contradictory, duplicate_sets};
+use crate::check::quantities::{QuantitySummary, short};
 use crate::check::shortcut::Shortcut;
 use crate::check::values::ValueStatistics;
 use crate::check::warnings::warnings;
@@ -13,22 +14,12 @@ impl Card {
     /// Describes `data`.
     pub fn new(data: &Dataset) -> Self {
         let (names, counts) = (data.output_names(), data.class_counts());
-        let classes: Vec<ClassCount> = names
-            .iter()
-            .zip(&counts)
-            .enumerate()
-            .map(|(label, (name, samples))| ClassCount {
-                label: label as u32,
-                name: name.clone(),
-                samples: *samples,
-            })
-            .collect();
         let sets = duplicate_sets(&data.row_hash);
         let has_labels = data.targets.labels().is_some();
         let strata = data.strata();
-        let torn = if has_labels { contradictory(&sets, &strata) } else { vec![] };
+        let torn = contradictory(&sets, &compared(data));
         let name = |row: usize| match data.outputs(row).as_slice() {
-            [] => "no class".into(),
+            [] => data.targets.values().map_or_else(|| "no class".into(), |values| value(values, row)),
             outputs => outputs.iter().map(|&at| names[at].as_str()).collect::<Vec<_>>().join(", "),
         };
         let contradiction = |rows: &Vec<usize>| Contradiction {
@@ -46,8 +37,9 @@ impl Card {
             lengths: None,
             read_as: Vec::new(),
             dtype: data.dtype.clone(),
-            classes,
+            classes: classes(&names, &counts),
             labels: data.targets.values().map(ranges),
+            quantities: QuantitySummary::all(data),
             majority_share: largest as f64 / data.len().max(1) as f64,
             groups: groups(data),
             other_arrays: Vec::new(),
@@ -65,12 +57,42 @@ impl Card {
             shortcut: Shortcut::of(&data.x, &strata, data.groups.as_deref(), data.units.as_deref())
                 .filter(|_| has_labels),
             dropped: data.dropped.clone(),
+            without_target: 0,
             problems: data.refuse_one_class().err().iter().map(ToString::to_string).collect(),
             warnings: Vec::new(),
         };
         card.warnings = warnings(&card, data, &sets);
         card
     }
+}
+
+/// Lists the classes by label, with their sizes; none of values.
+fn classes(names: &[String], counts: &[usize]) -> Vec<ClassCount> {
+    let one = |(label, (name, samples)): (usize, (&String, &usize))| ClassCount {
+        label: label as u32,
+        name: name.clone(),
+        samples: *samples,
+    };
+    names.iter().zip(counts).enumerate().map(one).collect()
+}
+
+/// Returns by sample what copies are compared by: the stratum of its classes, or its values.
+fn compared(data: &Dataset) -> Vec<Vec<u32>> {
+    let bits = |values: &Values, row: usize| values.of(&[row]).into_iter().map(f32::to_bits).collect();
+    match data.targets.values() {
+        Some(values) => (0..data.len()).map(|row| bits(values, row)).collect(),
+        None => data.strata().iter().map(|stratum| vec![*stratum]).collect(),
+    }
+}
+
+/// Writes the values of a sample.
+fn value(values: &Values, row: usize) -> String {
+    let one = |(value, quantity): (f32, &Quantity)| match &quantity.unit {
+        Some(unit) => format!("{} {unit}", short(f64::from(value))),
+        None => short(f64::from(value)),
+    };
+    let all: Vec<String> = values.of(&[row]).into_iter().zip(values.quantities()).map(one).collect();
+    all.join(", ")
 }
 
 /// Describes targets that are values: `values: force 0.1 to 9.8 N`.

@@ -2,14 +2,21 @@
 
 use crate::check::card::{Card, ClassCount};
 use crate::check::counting::counting;
+use crate::check::value_confounds::confounds;
 use crate::dataset::dataset::Dataset;
 use crate::dataset::labels::differ_in_case;
+use crate::dataset::targets::Targets;
 use crate::error::plural;
 
 /// A class of fewer samples cannot fill the usual five folds.
 const FEW: usize = 5;
 /// A largest class this many times the smallest is worth a warning.
 const UNEVEN: usize = 3;
+
+/// More classes that are whole numbers may be values.
+const MANY: usize = 50;
+/// So may this many, where there are less than three samples for each.
+const SOME: usize = 5;
 
 /// Returns the warnings about `data`, whose card is complete but for them; `sets` are its exact copies.
 pub(crate) fn warnings(card: &Card, data: &Dataset, sets: &[Vec<usize>]) -> Vec<String> {
@@ -37,31 +44,55 @@ pub(crate) fn warnings(card: &Card, data: &Dataset, sets: &[Vec<usize>]) -> Vec<
         ));
     }
     of_classes(card, &mut warnings);
+    if let Targets::Classes { .. } = data.targets {
+        of_numbers(card, &mut warnings);
+    }
     if let Some(shortcut) = card.shortcut.as_ref().filter(|shortcut| shortcut.is_suspicious()) {
         warnings.push(format!("{shortcut}: confounded? Part of every score may be the recording, not touch"));
     }
     of_groups(card, &mut warnings);
+    warnings.extend(confounds(data));
     warnings
+}
+
+/// Checks whether two samples have other targets.
+fn differs(data: &Dataset, a: usize, b: usize) -> bool {
+    match data.targets.values() {
+        Some(values) => values.of(&[a]) != values.of(&[b]),
+        None => data.strata()[a] != data.strata()[b],
+    }
+}
+
+/// Warns of whole numbers that are more likely values than classes.
+fn of_numbers(card: &Card, warnings: &mut Vec<String>) {
+    let (classes, samples) = (card.classes.len(), card.shape[0]);
+    let is_much = classes > MANY || classes >= SOME && classes * 3 > samples;
+    if is_much && card.classes.iter().all(|class| class.name.parse::<f64>().is_ok()) {
+        warnings.push(format!(
+            "{classes} classes of {samples} samples are whole numbers: if they are measured values, say task = \"values\" \
+             (--task values)"
+        ));
+    }
 }
 
 fn of_copies(card: &Card, data: &Dataset, sets: &[Vec<usize>], warnings: &mut Vec<String>) {
     if let Some(first) = card.contradictions.first() {
         let rows: usize = card.contradictions.iter().map(|c| c.rows.len()).sum();
-        let strata = data.strata();
-        let other = first.rows.iter().position(|row| strata[*row] != strata[first.rows[0]]);
-        #[expect(clippy::expect_used, reason = "what does not differ is no contradiction")]
-        let other = other.expect("another label");
+        let other =
+            (1..first.rows.len()).find(|at| differs(data, first.rows[0], first.rows[*at])).unwrap_or(1);
+        let label = if data.targets.values().is_some() { "value" } else { "label" };
         warnings.push(format!(
-            "{rows} rows are copies of a row with another label, such as {} ({}) = {} ({}): \
+            "{rows} rows are copies of a row with another {label}, such as {} ({}) = {} ({}): \
              set drop = [\"contradictory\"]",
             first.sources[0], first.labels[0], first.sources[other], first.labels[other]
         ));
     }
     if let Some(first) = card.duplicates.first() {
         warnings.push(format!(
-            "{} of exact copies within a class, such as {} = {}: keep each set in one \
+            "{} of exact copies {}, such as {} = {}: keep each set in one \
              fold, or set drop = [\"duplicates\"]",
             plural(card.duplicates.len(), "set"),
+            if data.targets.values().is_some() { "of equal value" } else { "within a class" },
             data.origins[first[0]],
             data.origins[first[1]]
         ));

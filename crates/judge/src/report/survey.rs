@@ -69,11 +69,15 @@ fn header(survey: &Survey) -> Markup {
             p.kicker { "taxel data check" }
             h1 { (card.name) }
             p {
-                (shape.join("×")) " " (card.layout) ", " (card.classes.len()) " classes; always answering the largest "
-                "scores " (tenth(100.0 * card.majority_share)) " %."
+                (shape.join("×")) " " (card.layout)
+                @if card.quantities.is_empty() {
+                    ", " (card.classes.len()) " classes; always answering the largest scores "
+                    (tenth(100.0 * card.majority_share)) " %."
+                } @else { "." }
                 @if let Some(rate) = survey.rate { " " (digits(rate)) " readings per second." }
                 @if let Some(unit) = &survey.unit { " Readings in " (unit) "." }
             }
+            @for quantity in &card.quantities { p { (quantity) "." } }
             @for how in &card.read_as { p { "Read as " (how) "." } }
             @for problem in &card.problems { p.warning role="alert" { strong { "Wrong: " } (problem) } }
             @for warning in &card.warnings { p.warning role="note" { (warning) } }
