@@ -3,7 +3,9 @@
 use std::error::Error;
 use std::path::Path;
 
-use taxel::data::{FactComparison, RecordingFacts, Recordings, TableForm, TableOptions, recordings};
+use taxel::data::{
+    FactComparison, RecordingFacts, Recordings, TableForm, TableOptions, TaskKind, recordings,
+};
 use taxel::{Card, Length, ReadOptions};
 
 use crate::commands::arguments::option_hints::with_option_hint;
@@ -34,6 +36,7 @@ impl ModelRecordings<'_> {
             table: self.table(spec),
             channel_names: spec.channel_names.clone(),
             stamped: spec.recorded_rate(),
+            recording: self.read_options.recording.clone().or_else(|| spec.recording.clone()),
             ..self.read_options.clone()
         };
         let to = spec.layout.time_axis().map(|axis| spec.shape[axis]);
@@ -44,7 +47,9 @@ impl ModelRecordings<'_> {
             let comparison = compared(self.data, spec, &recordings.facts, hint)?;
             comparison.convert(&mut recordings.x);
         }
-        Ok((recordings, ReadOptions { channels: spec.channels.clone(), ..options }))
+        let are_values = !card.task.quantities().is_empty();
+        let task = options.task.or(are_values.then_some(TaskKind::Values));
+        Ok((recordings, ReadOptions { channels: spec.channels.clone(), task, ..options }))
     }
 
     /// Returns the length rule of the model, or the given one where the model has none.
