@@ -3,7 +3,7 @@
 
 use std::fs;
 use std::path::Path;
-use taxel_data::{Format, formats};
+use taxel_data::{Format, ReadOptions, formats};
 
 /// A row as the page has it: a format without endings is a folder.
 fn row(format: &Format) -> String {
@@ -29,4 +29,21 @@ fn the_page_has_a_row_for_every_format() {
     }
     let found: Vec<&str> = table.trim_end().lines().collect();
     assert_eq!(found, wanted, "docs/data.md: the table should be\n{head}{}\n", wanted.join("\n"));
+}
+
+/// The options in the table of `docs/data.md` are read as they stand there.
+#[test]
+fn options_of_values_are_in_the_docs_as_they_are_written() {
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/data.md");
+    let text = fs::read_to_string(page).unwrap();
+    let (_, table) = text.split_once("| in `[data]` | flag | means |").unwrap();
+    let rows: Vec<&str> = table.lines().skip(2).take_while(|line| line.starts_with('|')).collect();
+    assert_eq!(rows.len(), 5);
+    for row in rows {
+        let cells: Vec<&str> = row.split('|').map(|cell| cell.trim().trim_matches('`')).collect();
+        let (key, value) = cells[1].split_once(" = ").unwrap();
+        let options: ReadOptions = serde_json::from_str(&format!("{{\"{key}\": {value}}}")).unwrap();
+        assert_ne!(options, ReadOptions::default(), "{row}");
+        assert_eq!(cells[2], format!("--{key}"));
+    }
 }
