@@ -147,3 +147,49 @@ fn every_other_set_loads() {
         assert_eq!(card.problems, [""; 0], "{name}");
     }
 }
+
+#[test]
+#[ignore = "needs TAXEL_DATA"]
+fn values_of_real_skins() {
+    let named = |set: &str, options: ReadOptions| {
+        let start = Instant::now();
+        let data = load(&path(set), &options).unwrap_or_else(|e| panic!("{set}: {e}"));
+        let card = check_with(&path(set), &options).unwrap();
+        println!("{card}\n{:.1} s\n", start.elapsed().as_secs_f64());
+        data
+    };
+    let window = Some(taxel_data::Length::Window { to: 33, hop: Some(1) });
+    let y = |name: &str| ReadOptions { y: Some(name.into()), ..ReadOptions::default() };
+    let sessions = ReadOptions { recording: Some("group".into()), length: window, ..y("y") };
+    let data = named("eflesh-normal", sessions);
+    assert_eq!((data.x.shape(), data.group_name.as_deref()), (&[5580 - 3 * 32, 15, 33][..], Some("group")));
+    let raw = load(&path("eflesh-normal"), &ReadOptions::default()).unwrap();
+    // The first window ends at the 33rd row.
+    assert_eq!(data.targets.values().unwrap().of(&[0]), raw.targets.values().unwrap().of(&[32]));
+    let both = ReadOptions { drop: vec![Drop::NoTarget], ..y("y,depth_mm") };
+    assert_eq!(named("fsi-tube1d", both).output_names(), ["y-0", "y-1", "depth"]);
+}
+
+#[test]
+#[ignore = "needs TAXEL_DATA"]
+fn several_values_of_real_skins() {
+    let y = |name: &str| ReadOptions { y: Some(name.into()), ..ReadOptions::default() };
+    let data = load(&path("fsi-tube1d"), &y("y")).unwrap();
+    assert_eq!((data.output_names(), data.len()), (vec!["y-0".to_string(), "y-1".into()], 6930));
+    let message = load(&path("fsi-tube1d"), &y("depth_mm")).unwrap_err().to_string();
+    assert!(message.contains("of 6930 samples have no target") && message.contains("no-target"), "{message}");
+    let left = ReadOptions { drop: vec![Drop::NoTarget], ..y("depth_mm") };
+    let card = check_with(&path("fsi-tube1d"), &left).unwrap();
+    println!("{card}\n");
+    assert_eq!((card.problems.len(), card.shape[0] + card.without_target), (0, 6930));
+    for (set, y, samples, shape) in [
+        ("eflesh-location", "y", 9610, vec![15]),
+        ("hydrogel-force16", "y", 5957, vec![16, 40]),
+        ("pmd-posture17", "weight_kg", 2210, vec![64, 32]),
+    ] {
+        let options = ReadOptions { y: Some(y.into()), ..ReadOptions::default() };
+        let data = load(&path(set), &options).unwrap_or_else(|e| panic!("{set}: {e}"));
+        assert_eq!((data.len(), data.sample_shape()), (samples, shape.as_slice()), "{set}");
+        println!("{}\n", check_with(&path(set), &options).unwrap());
+    }
+}
