@@ -112,11 +112,11 @@ pub struct ReadOptions {
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME,NAME"))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub y: Option<TargetNames>,
-    /// What the targets are: classes or values [default: floats are values, whole numbers and texts are classes].
+    /// The kind of the targets: classes or values [default: floats are values, whole numbers and texts are classes].
     #[cfg_attr(feature = "clap", arg(long, value_enum, value_name = "KIND"))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub task: Option<TaskKind>,
-    /// What y [N, T] of arrays beside recordings of T readings holds: step, the target of each reading, or
+    /// Content of y [N, T] of arrays beside recordings of T readings: step, the target of each reading, or
     /// recording, T quantities of each recording [default: recording].
     #[cfg_attr(feature = "clap", arg(long, value_enum, value_name = "OF"))]
     #[serde(skip_serializing_if = "Option::is_none")]

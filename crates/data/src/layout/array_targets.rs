@@ -47,7 +47,7 @@ struct OneTarget {
     values: Vec<f32>,
 }
 
-/// What an array holds.
+/// The content of an array.
 #[derive(PartialEq)]
 enum Holds {
     Floats,

@@ -93,7 +93,7 @@ impl TargetNames {
     }
 }
 
-/// What targets are.
+/// The kind of targets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
@@ -104,7 +104,7 @@ pub enum TaskKind {
     Values,
 }
 
-/// What a row of targets belongs to.
+/// The owner of a row of targets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]

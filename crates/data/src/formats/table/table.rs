@@ -176,7 +176,7 @@ pub(crate) fn read(
     })
 }
 
-/// Names the columns that are not read, and why; `texts` are passed over under another name.
+/// Lists the columns that are not read, and why; `texts` are passed over under another name.
 fn ignored(table: &TableText, columns: &TableColumns, texts: &[usize]) -> Vec<String> {
     let used: Vec<usize> = columns.used().chain(columns.rest.iter().chain(texts).copied()).collect();
     let others = (0..table.header.len()).filter(|at| !used.contains(at));
