@@ -13,7 +13,9 @@ pub(crate) fn mean_loss(outputs: &Tensor, loss: Loss, targets: Targets) -> Resul
             candle_nn::loss::cross_entropy(outputs, &labels)
         }
         Targets::Values(values) => {
-            let targets = Tensor::from_slice(values, outputs.shape(), device)?;
+            let (samples, width) = outputs.dims2()?;
+            let width = width / loss.outputs_per_target();
+            let targets = Tensor::from_slice(values, (samples, width), device)?;
             match loss {
                 Loss::SoftmaxCrossEntropy => {
                     (targets * log_softmax(outputs, D::Minus1)?)?.sum(D::Minus1)?.mean_all()?.neg()
@@ -24,9 +26,31 @@ pub(crate) fn mean_loss(outputs: &Tensor, loss: Loss, targets: Targets) -> Resul
                     (outputs * sides)?.affine(-1.0, 1.0)?.relu()?.mean_all()
                 }
                 Loss::MeanSquaredError => (outputs - targets)?.sqr()?.mean_all(),
+                Loss::Huber => huber(&(outputs - targets)?),
+                Loss::GaussianLikelihood => {
+                    let mean = outputs.narrow(1, 0, width)?;
+                    let log = outputs.narrow(1, width, width)?.maximum(Loss::LEAST_VARIANCE.ln())?;
+                    let scaled = ((mean - targets)?.sqr()? * log.neg()?.exp()?)?;
+                    (log + scaled)?.mean_all()? * 0.5
+                }
+                Loss::Quantiles => {
+                    let of_one = |(at, quantile): (usize, &f64)| {
+                        let missing = (&targets - outputs.narrow(1, at * width, width)?)?;
+                        (&missing * *quantile)? + missing.neg()?.relu()?
+                    };
+                    let each = Loss::QUANTILES.iter().enumerate().map(of_one).collect::<Result<Vec<_>>>()?;
+                    Tensor::cat(&each, 1)?.mean_all()
+                }
             }
         }
     }
+}
+
+/// Takes the error within ±1 and what is beyond apart: e²/2 of the one, the amount of the other.
+fn huber(error: &Tensor) -> Result<Tensor> {
+    let (above, below) = ((error - 1.0)?.relu()?, (error.neg()? - 1.0)?.relu()?);
+    let within = ((error - &above)? + &below)?;
+    (((within.sqr()? * 0.5)? + above)? + below)?.mean_all()
 }
 
 /// Takes log σ(x) and log σ(−x) as one log softmax over (x, 0): no overflow, and a gradient that candle gets right,

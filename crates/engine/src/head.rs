@@ -75,6 +75,15 @@ impl Head {
                 Loss::MultiLabelSoftMargin => loss::multi_label_soft_margin(values, targets, gradient),
                 Loss::Hinge => loss::hinge(values, targets, gradient),
                 Loss::MeanSquaredError => loss::mean_squared_error(values, targets, gradient),
+                Loss::Huber => loss::huber(values, targets, gradient),
+                Loss::GaussianLikelihood => {
+                    let width = self.len() / loss.outputs_per_target();
+                    loss::gaussian_likelihood(values, targets, width, Loss::LEAST_VARIANCE, gradient)
+                }
+                Loss::Quantiles => {
+                    let width = self.len() / Loss::QUANTILES.len();
+                    loss::pinball(values, targets, width, &Loss::QUANTILES, gradient)
+                }
             },
         };
         gradient.iter_mut().for_each(|g| *g *= self.weight);

@@ -19,6 +19,35 @@ pub enum Loss {
     Hinge,
     /// `torch.nn.MSELoss`: (x − t)², mean over samples and outputs.
     MeanSquaredError,
+    /// `torch.nn.HuberLoss` with delta 1: (x − t)² / 2 within 1, |x − t| − 1/2 beyond, mean over samples and outputs.
+    Huber,
+    /// `torch.nn.GaussianNLLLoss` of a mean m and a log variance s for each target: (s + (m − t)² · e^−s) / 2, mean over
+    /// samples and targets. A row of outputs is all means, then all log variances, which count as at least ln 1e-4.
+    GaussianLikelihood,
+    /// Pinball loss (`sklearn.metrics.mean_pinball_loss`) of the [`Loss::QUANTILES`] of each target, mean over samples,
+    /// targets and quantiles. A row of outputs is all medians, then all lower, then all upper quantiles.
+    Quantiles,
+}
+
+impl Loss {
+    /// Quantiles that [`Loss::Quantiles`] learns, in the order of the outputs.
+    pub const QUANTILES: [f64; 3] = [0.5, 0.05, 0.95];
+    /// Least variance that [`Loss::GaussianLikelihood`] counts with.
+    pub const LEAST_VARIANCE: f64 = 1e-4;
+
+    /// Returns the number of outputs that learn one target.
+    pub fn outputs_per_target(self) -> usize {
+        match self {
+            Loss::GaussianLikelihood => 2,
+            Loss::Quantiles => Self::QUANTILES.len(),
+            _ => 1,
+        }
+    }
+
+    /// Checks whether it compares values, which need not lie between 0 and 1.
+    pub fn learns_values(self) -> bool {
+        matches!(self, Loss::MeanSquaredError | Loss::Huber | Loss::GaussianLikelihood | Loss::Quantiles)
+    }
 }
 
 /// The wanted outputs of a batch.
@@ -26,7 +55,8 @@ pub enum Loss {
 pub enum Targets<'a> {
     /// One class number per sample, for [`Loss::SoftmaxCrossEntropy`] alone.
     Labels(&'a [u32]),
-    /// One value per sample and output, [n, outputs] row-major, for every loss.
+    /// One value per sample and target, [n, targets] row-major, for every loss; each target has
+    /// [`Loss::outputs_per_target`] outputs.
     Values(&'a [f32]),
 }
 
@@ -50,7 +80,11 @@ impl Targets<'_> {
                 }
             }
             (_, Targets::Values(values)) => {
-                if values.len() != n * outputs {
+                let each = loss.outputs_per_target();
+                if !outputs.is_multiple_of(each) {
+                    return refuse(format!("{outputs} outputs; this loss takes {each} for each target"));
+                }
+                if values.len() * each != n * outputs {
                     return refuse(format!(
                         "{} target values for {n} samples of {outputs} outputs",
                         values.len()

@@ -219,15 +219,18 @@ fn a_grouped_convolution_sees_only_its_group() {
 
 #[test]
 fn targets_that_do_not_suit_the_loss_are_refused() {
-    use Loss::{MeanSquaredError, SoftmaxCrossEntropy};
+    use Loss::{GaussianLikelihood, MeanSquaredError, Quantiles, SoftmaxCrossEntropy};
     let check = |loss, targets: Targets| targets.check("net", loss, 2, 3).map_err(|error| error.to_string());
     assert_eq!(check(SoftmaxCrossEntropy, Targets::Labels(&[0, 2])), Ok(()));
     assert_eq!(check(SoftmaxCrossEntropy, Targets::Values(&[0.5; 6])), Ok(()));
+    assert_eq!(check(Quantiles, Targets::Values(&[0.5; 2])), Ok(()));
     for (loss, targets, want) in [
         (SoftmaxCrossEntropy, Targets::Labels(&[0]), "net: 1 labels for a batch of 2 samples"),
         (SoftmaxCrossEntropy, Targets::Labels(&[0, 3]), "net: label 3 of sample 1 is not one of 3 classes"),
         (SoftmaxCrossEntropy, Targets::Values(&[0.5; 5]), "net: 5 target values for 2 samples of 3 outputs"),
         (MeanSquaredError, Targets::Labels(&[0, 1]), "net: this loss needs target values, not labels"),
+        (Quantiles, Targets::Values(&[0.5; 6]), "net: 6 target values for 2 samples of 3 outputs"),
+        (GaussianLikelihood, Targets::Values(&[0.5; 2]), "net: 3 outputs; this loss takes 2 for each target"),
     ] {
         assert_eq!(check(loss, targets).unwrap_err(), want);
     }

@@ -93,6 +93,80 @@ pub fn mean_squared_error(outputs: &[f32], targets: &[f32], gradient: &mut [f32]
     mean(outputs, targets, gradient, |x, t| ((x - t) * (x - t), 2.0 * (x - t)))
 }
 
+/// Returns the mean over all `outputs` of (output − target)² / 2 where they differ by at most 1, of |output − target| − 1/2
+/// elsewhere, and writes its gradient.
+pub fn huber(outputs: &[f32], targets: &[f32], gradient: &mut [f32]) -> f32 {
+    mean(outputs, targets, gradient, |x, t| {
+        let error = x - t;
+        // NaN stays NaN.
+        if error.abs() > 1.0 { (error.abs() - 0.5, error.signum()) } else { (0.5 * error * error, error) }
+    })
+}
+
+/// Returns the mean of (s + (m − t)² · e^−s) / 2 over all `targets` (rows × width), and writes its gradient; a row of
+/// `outputs` is its means m, then its log variances s, which count as at least ln of `least_variance`, because below that
+/// a single error outweighs all else; no sample pulls them lower.
+pub fn gaussian_likelihood(
+    outputs: &[f32],
+    targets: &[f32],
+    width: usize,
+    least_variance: f64,
+    gradient: &mut [f32],
+) -> f32 {
+    whole_rows("targets", targets.len(), width);
+    exactly("outputs of the targets", outputs.len(), 2 * targets.len());
+    exactly("gradient of the outputs", gradient.len(), outputs.len());
+    let (share, least) = (1.0 / targets.len() as f64, least_variance.ln());
+    let mut total = 0.0;
+    let rows = outputs.chunks_exact(2 * width).zip(gradient.chunks_exact_mut(2 * width));
+    for ((row, gradient), targets) in rows.zip(targets.chunks_exact(width)) {
+        for (at, &target) in targets.iter().enumerate() {
+            let (error, said) = (f64::from(row[at]) - f64::from(target), f64::from(row[width + at]));
+            // Not `max`, which would hide NaN.
+            let log = if said < least { least } else { said };
+            let precision = (-log).exp();
+            total += 0.5 * (log + error * error * precision);
+            gradient[at] = (error * precision * share) as f32;
+            let slope = 0.5 * (1.0 - error * error * precision);
+            gradient[width + at] = if said < least && slope > 0.0 { 0.0 } else { (slope * share) as f32 };
+        }
+    }
+    (total * share) as f32
+}
+
+/// Returns the mean pinball loss over all `targets` (rows × width) and `quantiles`, and writes its gradient; a row of
+/// `outputs` is the first quantile of each target, then the second of each, and so on.
+pub fn pinball(
+    outputs: &[f32],
+    targets: &[f32],
+    width: usize,
+    quantiles: &[f64],
+    gradient: &mut [f32],
+) -> f32 {
+    let each = width * quantiles.len();
+    whole_rows("targets", targets.len(), width);
+    exactly("outputs of the targets", outputs.len(), quantiles.len() * targets.len());
+    exactly("gradient of the outputs", gradient.len(), outputs.len());
+    let share = 1.0 / outputs.len() as f64;
+    let mut total = 0.0;
+    let rows = outputs.chunks_exact(each).zip(gradient.chunks_exact_mut(each));
+    for ((row, gradient), targets) in rows.zip(targets.chunks_exact(width)) {
+        for (at, (&output, gradient)) in row.iter().zip(gradient).enumerate() {
+            let (quantile, missing) =
+                (quantiles[at / width], f64::from(targets[at % width]) - f64::from(output));
+            let slope = match missing {
+                ..0.0 => quantile - 1.0,
+                0.0.. => quantile,
+                // NaN stays NaN.
+                _ => missing,
+            };
+            total += slope * missing;
+            *gradient = (-slope * share) as f32;
+        }
+    }
+    (total * share) as f32
+}
+
 /// Returns the mean of a loss value by value and writes its gradient; `term` gives the loss and its derivative.
 fn mean(
     outputs: &[f32],

@@ -167,9 +167,14 @@ fn adaptive_pools() {
 #[test]
 fn losses_and_their_gradients() {
     let cases = cases();
-    let functions: [(&str, Loss); 2] = [
+    let functions: [(&str, Loss); 5] = [
         ("multi_label_soft_margin", loss::multi_label_soft_margin),
         ("mean_squared_error", loss::mean_squared_error),
+        ("huber", loss::huber),
+        ("gaussian_likelihood", |x, targets, gradient| {
+            loss::gaussian_likelihood(x, targets, 2, 1e-4, gradient)
+        }),
+        ("pinball", |x, targets, gradient| loss::pinball(x, targets, 2, &[0.5, 0.05, 0.95], gradient)),
     ];
     for (name, function) in functions {
         let case = &cases[name];
@@ -177,7 +182,7 @@ fn losses_and_their_gradients() {
         let mut gradient = vec![f32::NAN; x.len()];
         let got = function(&x, &targets, &mut gradient);
         let want = case["loss"].as_f64().unwrap() as f32;
-        assert!((got - want).abs() <= 1e-6 * want, "{name}: got {got}, want {want}");
+        assert!((got - want).abs() <= 1e-6 * want.abs(), "{name}: got {got}, want {want}");
         close(name, &gradient, &case["gradient"], 1e-5);
         x[3] = f32::NAN;
         assert!(function(&x, &targets, &mut gradient).is_nan() && gradient[3].is_nan(), "{name}");

@@ -427,7 +427,13 @@ fn losses() {
         loss::softmax_cross_entropy_soft(logits, classes, targets, gradient);
     });
     needs("softmax", [classes; 2], |[logits, probabilities]| loss::softmax(logits, probabilities));
-    for function in [loss::multi_label_soft_margin, loss::mean_squared_error] {
+    needs("gaussian_likelihood", [2 * len, len, 2 * len], |[outputs, targets, gradient]| {
+        loss::gaussian_likelihood(outputs, targets, classes, 1e-4, gradient);
+    });
+    needs("pinball", [3 * len, len, 3 * len], |[outputs, targets, gradient]| {
+        loss::pinball(outputs, targets, classes, &[0.5, 0.1, 0.9], gradient);
+    });
+    for function in [loss::multi_label_soft_margin, loss::mean_squared_error, loss::huber] {
         needs("loss", [len; 3], |[outputs, targets, gradient]| {
             function(outputs, targets, gradient);
         });

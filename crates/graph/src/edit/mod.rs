@@ -6,6 +6,7 @@ mod head;
 mod parts;
 mod resize;
 mod transfer;
+mod unit;
 mod width;
 
 pub use halves::Halves;
