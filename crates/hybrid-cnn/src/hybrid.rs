@@ -73,7 +73,7 @@ pub struct HybridConfig {
     /// Which of the five; no setting.
     #[serde(skip)]
     pub branches: Branches,
-    /// Output classes, at least 2.
+    /// Outputs: one of each class or value; at least 1.
     pub classes: usize,
     /// Sensors of the signal, at least 1.
     pub in_channels: usize,
@@ -156,7 +156,7 @@ impl Architecture for HybridConfig {
     fn graph(&self) -> Result<Graph> {
         let HybridConfig { branches, classes, in_channels, length, image_channels, height, width } = *self;
         at_least(&[
-            ("classes", classes, 2),
+            ("classes", classes, 1),
             ("in_channels", in_channels, 1),
             ("length", length, 1),
             ("image_channels", image_channels, 1),

@@ -78,7 +78,7 @@ pub struct Light1dConfig {
     /// Which of the three; no setting.
     #[serde(skip)]
     pub body: Body,
-    /// Output classes, at least 2.
+    /// Outputs: one of each class or value; at least 1.
     pub classes: usize,
     /// Sensors, rows of the recording, at least 1.
     pub in_channels: usize,
@@ -93,7 +93,7 @@ pub struct Light2dConfig {
     /// Which of the three; no setting.
     #[serde(skip)]
     pub body: Body,
-    /// Output classes, at least 2.
+    /// Outputs: one of each class or value; at least 1.
     pub classes: usize,
     /// Colour planes, at least 1.
     pub in_channels: usize,
@@ -157,7 +157,7 @@ impl Architecture for Light1dConfig {
 
     fn graph(&self) -> Result<Graph> {
         let Light1dConfig { body, classes, in_channels, length } = *self;
-        at_least(&[("classes", classes, 2), ("in_channels", in_channels, 1), ("length", length, 1)])?;
+        at_least(&[("classes", classes, 1), ("in_channels", in_channels, 1), ("length", length, 1)])?;
         light(body.names()[0], "signal", &[in_channels, length], body, classes)
     }
 }
@@ -170,7 +170,7 @@ impl Architecture for Light2dConfig {
     fn graph(&self) -> Result<Graph> {
         let Light2dConfig { body, classes, in_channels, height, width } = *self;
         at_least(&[
-            ("classes", classes, 2),
+            ("classes", classes, 1),
             ("in_channels", in_channels, 1),
             ("height", height, 1),
             ("width", width, 1),

@@ -54,7 +54,7 @@ pub(crate) const MULTISCALE_CNN: Listing<MultiscaleConfig> = Listing {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct MultiscaleConfig {
-    /// Outputs, at least 2: ten levels of elasticity, then ten of hardness.
+    /// Outputs, at least 1: ten levels of elasticity, then ten of hardness.
     pub classes: usize,
     /// Fingers, at least 1.
     pub in_channels: usize,
@@ -76,7 +76,7 @@ impl Architecture for MultiscaleConfig {
     fn graph(&self) -> Result<Graph> {
         let MultiscaleConfig { classes, in_channels, height, width, activation } = *self;
         at_least(&[
-            ("classes", classes, 2),
+            ("classes", classes, 1),
             ("in_channels", in_channels, 1),
             ("height", height, 8),
             ("width", width, 8),

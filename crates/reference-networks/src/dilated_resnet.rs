@@ -36,7 +36,7 @@ pub(crate) const DILATED_RESNET: Listing<DilatedResNetConfig> = Listing {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct DilatedResNetConfig {
-    /// Output classes, at least 2.
+    /// Outputs: one of each class or value; at least 1.
     pub classes: usize,
     /// Rows of the code, or sensors, at least 1.
     pub in_channels: usize,
@@ -72,7 +72,7 @@ impl Architecture for DilatedResNetConfig {
 /// The first of `classes`, `in_channels`, `length`, `width` and `blocks` outside its range.
 pub(crate) fn check([classes, in_channels, length, width]: [usize; 4], blocks: usize) -> Result<()> {
     at_least(&[
-        ("classes", classes, 2),
+        ("classes", classes, 1),
         ("in_channels", in_channels, 1),
         ("length", length, 1),
         ("width", width, 1),

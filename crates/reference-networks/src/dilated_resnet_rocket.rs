@@ -40,7 +40,7 @@ pub(crate) const DILATED_RESNET_ROCKET: Listing<DilatedResNetRocketConfig> = Lis
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct DilatedResNetRocketConfig {
-    /// Output classes, at least 2.
+    /// Outputs: one of each class or value; at least 1.
     pub classes: usize,
     /// Rows of the code, or sensors, at least 1.
     pub in_channels: usize,

@@ -30,7 +30,7 @@ pub(crate) const FCN: Listing<FcnConfig> = Listing {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct FcnConfig {
-    /// Output classes, at least 2.
+    /// Outputs: one of each class or value; at least 1.
     pub classes: usize,
     /// Sensors, rows of the recording, at least 1.
     pub in_channels: usize,
@@ -47,7 +47,7 @@ impl Default for FcnConfig {
 impl Architecture for FcnConfig {
     fn graph(&self) -> Result<Graph> {
         let FcnConfig { classes, in_channels, length } = *self;
-        at_least(&[("classes", classes, 2), ("in_channels", in_channels, 1), ("length", length, 1)])?;
+        at_least(&[("classes", classes, 1), ("in_channels", in_channels, 1), ("length", length, 1)])?;
         let net = Network::new(FCN.name);
         let mut x = net.input("signal", &[in_channels, length]);
         for (i, (filters, kernel)) in LAYERS.into_iter().enumerate() {

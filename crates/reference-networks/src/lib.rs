@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+mod deep_mlp;
 mod dilated_resnet;
 mod dilated_resnet_rocket;
 mod ds_cnn;
@@ -9,6 +10,7 @@ mod mlp;
 mod tactnet;
 mod tactresnet;
 
+pub use deep_mlp::DeepMlpConfig;
 pub use dilated_resnet::DilatedResNetConfig;
 pub use dilated_resnet_rocket::DilatedResNetRocketConfig;
 pub use ds_cnn::DsCnnConfig;
@@ -25,6 +27,7 @@ const FAMILY: &str = "reference-networks";
 /// Hands every network of this family to the zoo.
 pub fn list(zoo: &mut impl Register) {
     zoo.add(mlp::MLP);
+    zoo.add(deep_mlp::DEEP_MLP);
     zoo.add(lstm::LSTM);
     zoo.add(tactnet::TACTNET4);
     zoo.add(tactnet::TACTNET6);

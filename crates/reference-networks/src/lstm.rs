@@ -24,7 +24,7 @@ pub(crate) const LSTM: Listing<LstmConfig> = Listing {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct LstmConfig {
-    /// Output classes, at least 2.
+    /// Outputs: one of each class or value; at least 1.
     pub classes: usize,
     /// Sensors, rows of the recording, at least 1.
     pub in_channels: usize,
@@ -44,7 +44,7 @@ impl Architecture for LstmConfig {
     fn graph(&self) -> Result<Graph> {
         let LstmConfig { classes, in_channels, length, hidden } = *self;
         at_least(&[
-            ("classes", classes, 2),
+            ("classes", classes, 1),
             ("in_channels", in_channels, 1),
             ("length", length, 1),
             ("hidden", hidden, 1),

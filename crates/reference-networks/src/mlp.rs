@@ -23,7 +23,7 @@ pub(crate) const MLP: Listing<MlpConfig> = Listing {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct MlpConfig {
-    /// Output classes, at least 2.
+    /// Outputs: one of each class or value; at least 1.
     pub classes: usize,
     /// Readings of a recording: sensors × samples in time, at least 1.
     pub in_features: usize,
@@ -41,7 +41,7 @@ impl Architecture for MlpConfig {
     fn graph(&self) -> Result<Graph> {
         let MlpConfig { classes, in_features, hidden } = *self;
         for (key, value, least) in
-            [("classes", classes, 2), ("in_features", in_features, 1), ("hidden", hidden, 1)]
+            [("classes", classes, 1), ("in_features", in_features, 1), ("hidden", hidden, 1)]
         {
             within(key, value, least..=16_777_216)?;
         }

@@ -54,7 +54,7 @@ pub struct TactNetConfig {
     /// Which of the two; no setting.
     #[serde(skip)]
     pub depth: TactNetDepth,
-    /// Output classes, at least 2.
+    /// Outputs: one of each class or value; at least 1.
     pub classes: usize,
     /// Colour planes, at least 1.
     pub in_channels: usize,
@@ -86,7 +86,7 @@ impl Architecture for TactNetConfig {
     fn graph(&self) -> Result<Graph> {
         let TactNetConfig { depth, classes, in_channels, height, width } = *self;
         at_least(&[
-            ("classes", classes, 2),
+            ("classes", classes, 1),
             ("in_channels", in_channels, 1),
             ("height", height, 1),
             ("width", width, 1),

@@ -33,7 +33,7 @@ pub(crate) const TACTRESNET: Listing<TactResNetConfig> = Listing {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct TactResNetConfig {
-    /// Output classes, at least 2.
+    /// Outputs: one of each class or value; at least 1.
     pub classes: usize,
     /// Colour planes, at least 1.
     pub in_channels: usize,
@@ -53,7 +53,7 @@ impl Architecture for TactResNetConfig {
     fn graph(&self) -> Result<Graph> {
         let TactResNetConfig { classes, in_channels, height, width } = *self;
         at_least(&[
-            ("classes", classes, 2),
+            ("classes", classes, 1),
             ("in_channels", in_channels, 1),
             ("height", height, 21),
             ("width", width, 21),

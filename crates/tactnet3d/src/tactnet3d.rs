@@ -82,7 +82,7 @@ pub struct TactNet3dConfig {
     /// Which of the papers' networks; no setting.
     #[serde(skip)]
     pub layers: Layers,
-    /// Output classes, at least 2.
+    /// Outputs: one of each class or value; at least 1.
     pub classes: usize,
     /// Readings per taxel, at least 1.
     pub in_channels: usize,
@@ -164,7 +164,7 @@ impl Architecture for TactNet3dConfig {
         let &TactNet3dConfig { layers, classes, in_channels, height, width, frames, hidden, pool, dropout } =
             self;
         for (key, value, least, most) in [
-            ("classes", classes, 2, 65_536),
+            ("classes", classes, 1, 65_536),
             ("in_channels", in_channels, 1, 65_536),
             ("height", height, 1, 4096),
             ("width", width, 1, 4096),

@@ -39,7 +39,7 @@ pub(crate) const ALEXNET: Listing<AlexNetConfig> = Listing {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct AlexNetConfig {
-    /// Output classes, at least 2.
+    /// Outputs: one of each class or value; at least 1.
     pub classes: usize,
     /// Colour planes, at least 1.
     pub in_channels: usize,

@@ -34,7 +34,7 @@ pub(crate) const DENSENET201: Listing<DenseNet201Config> = Listing {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct DenseNet201Config {
-    /// Output classes, at least 2.
+    /// Outputs: one of each class or value; at least 1.
     pub classes: usize,
     /// Colour planes, at least 1.
     pub in_channels: usize,

@@ -44,7 +44,7 @@ pub fn list(zoo: &mut impl Register) {
 fn check_image(classes: usize, image: [usize; 3], side: usize) -> Result<()> {
     let [in_channels, height, width] = image;
     at_least(&[
-        ("classes", classes, 2),
+        ("classes", classes, 1),
         ("in_channels", in_channels, 1),
         ("height", height, side),
         ("width", width, side),

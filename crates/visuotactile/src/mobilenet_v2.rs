@@ -51,7 +51,7 @@ pub(crate) const MOBILENET_V2: Listing<MobileNetV2Config> = Listing {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct MobileNetV2Config {
-    /// Output classes, at least 2.
+    /// Outputs: one of each class or value; at least 1.
     pub classes: usize,
     /// Colour planes, at least 1.
     pub in_channels: usize,

@@ -34,7 +34,7 @@ pub(crate) const MOBILENET_V2_SPLIT: Listing<MobileNetV2SplitConfig> = Listing {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct MobileNetV2SplitConfig {
-    /// Output classes of each stream, at least 2.
+    /// Outputs of each stream: one of each class or value; at least 1.
     pub classes: usize,
     /// Colour planes of both streams together, an even number of at least 2.
     pub in_channels: usize,
@@ -54,7 +54,7 @@ impl Architecture for MobileNetV2SplitConfig {
     fn graph(&self) -> Result<Graph> {
         let MobileNetV2SplitConfig { classes, in_channels, height, width } = *self;
         at_least(&[
-            ("classes", classes, 2),
+            ("classes", classes, 1),
             ("in_channels", in_channels, 2),
             ("height", height, 1),
             ("width", width, 1),

@@ -68,7 +68,7 @@ pub struct ResNetConfig {
     /// Which of them; no setting.
     #[serde(skip)]
     pub depth: ResNetDepth,
-    /// Output classes, at least 2.
+    /// Outputs: one of each class or value; at least 1.
     pub classes: usize,
     /// Colour planes, at least 1.
     pub in_channels: usize,

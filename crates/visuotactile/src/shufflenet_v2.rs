@@ -31,7 +31,7 @@ pub(crate) const SHUFFLENET_V2: Listing<ShuffleNetV2Config> = Listing {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ShuffleNetV2Config {
-    /// Output classes, at least 2.
+    /// Outputs: one of each class or value; at least 1.
     pub classes: usize,
     /// Colour planes, at least 1.
     pub in_channels: usize,

@@ -153,7 +153,7 @@ fn too_small_inputs_and_too_few_classes_are_refused_by_name() {
         let settings = Settings::from_iter([(key.to_string(), value.into())]);
         find(name).unwrap().graph(&settings).unwrap_err().to_string()
     };
-    assert_eq!(refuse("vgg6-lite-2d", "classes", 1), "vgg6-lite-2d: classes = 1: must be in 2..=65536");
+    assert_eq!(refuse("vgg6-lite-2d", "classes", 0), "vgg6-lite-2d: classes = 0: must be in 1..=65536");
     assert_eq!(refuse("lstm", "hidden", 0), "lstm: hidden = 0: must be in 1..=65536");
     assert_eq!(refuse("tactresnet", "height", 20), "tactresnet: height = 20: must be in 21..=65536");
     assert_eq!(refuse("mlp", "in_features", 0), "mlp: in_features = 0: must be in 1..=16777216");
