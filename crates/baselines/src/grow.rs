@@ -8,7 +8,7 @@ use taxel_base::seed::Rng;
 /// Stands for the feature of a leaf.
 pub(crate) const LEAF: u32 = u32::MAX;
 
-/// What a tree grows on.
+/// The samples that a tree grows on.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Ground<'a> {
     /// `[n, width]`, row-major.

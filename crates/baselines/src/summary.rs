@@ -1,4 +1,4 @@
-//! What a series says in few numbers, channel after channel.
+//! A series in few numbers, channel after channel.
 
 use rayon::prelude::*;
 
