@@ -44,6 +44,14 @@ pub enum Error {
         /// Value that becomes 1.
         high: f32,
     },
+    /// A difference to a reading that is not there.
+    #[error("lag {lag}: must be from 1 to {}, as recordings have {length} time steps", length.saturating_sub(1))]
+    Lag {
+        /// Time steps before the last one.
+        lag: usize,
+        /// Time steps of a recording.
+        length: usize,
+    },
     /// The image size cannot work.
     #[error("size = {size}: must be at least {least}{why}")]
     Size {

@@ -59,22 +59,14 @@ pub enum Error {
         /// The mismatch.
         reason: String,
     },
-    /// Targets that are values, for a network that learns classes or levels.
-    #[error(
-        "{network}: learns classes or levels, and the targets are values; run a baseline of values, such as ridge"
-    )]
-    LabelsOnly {
-        /// Name of the network.
-        network: String,
-    },
-    /// A network with more or fewer outputs than there are classes.
-    #[error("{network} answers with {outputs} numbers, the samples have {classes} classes or levels")]
+    /// A network with more or fewer outputs than the targets need.
+    #[error("{network} answers with {outputs} numbers; the targets and the loss need {classes}")]
     Outputs {
         /// Name of the network.
         network: String,
         /// Values of its first output.
         outputs: usize,
-        /// Classes, or levels of all attributes together.
+        /// Classes, levels of all attributes together, or quantities times the outputs that the loss takes for each.
         classes: usize,
     },
     /// A model that eight bits cannot be made of.
@@ -231,11 +223,6 @@ impl Error {
     /// Checks whether the error is a training that left the finite numbers: other trainings may go on.
     pub fn is_divergence(&self) -> bool {
         matches!(self, Error::Diverged { .. } | Error::NothingChosen { .. })
-    }
-
-    /// Refuses targets that are values, for a network that learns classes or levels.
-    pub fn labels_only(network: &str) -> Self {
-        Error::LabelsOnly { network: network.into() }
     }
 
     pub(crate) fn io(path: &Path, action: &'static str, source: std::io::Error) -> Self {

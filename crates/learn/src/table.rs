@@ -89,7 +89,7 @@ fn grid(results: &Results, latencies: &[Option<Latency>]) -> Grid {
     let shown: Vec<&Metric> = metrics(&results.task).iter().filter(|metric| metric.is_shown).collect();
     let titles = shown.iter().map(|metric| match metric.unit {
         MetricUnit::Quantity => metric.with_unit(&results.task),
-        MetricUnit::Percent | MetricUnit::Number => metric.title.to_string(),
+        MetricUnit::Percent | MetricUnit::Number | MetricUnit::Range => metric.title.to_string(),
     });
     for head in ["parameters", "MACs"].map(String::from).into_iter().chain(titles) {
         grid = grid.right(head);

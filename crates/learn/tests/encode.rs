@@ -239,6 +239,20 @@ fn keys_of_a_signal_belong_to_its_kind() {
     let written = serde_json::to_value(&code).unwrap();
     assert_eq!(written, json!({ "signal": { "kind": "quantile-code", "ramps": 768, "steps": 40 } }));
     assert_eq!(encoding(written), code);
+    let history = encoding(json!({ "signal": { "kind": "history", "lags": [1, 3] } }));
+    let written = serde_json::to_value(&history).unwrap();
+    assert_eq!(written, json!({ "signal": { "kind": "history", "lags": [1, 3] } }));
+    assert_eq!(encoding(written), history);
+    let message = refused(json!({ "kind": "quantile-code", "lags": [1] })).to_string();
+    assert!(message.contains("`lags` is no key of a signal of kind \"quantile-code\""), "{message}");
+    let message = refused(json!({ "kind": "history", "ramps": 9 })).to_string();
+    assert!(
+        message.contains("`ramps` is no key of a signal of kind \"history\", which has lags"),
+        "{message}"
+    );
+    let none: Encoding =
+        serde_json::from_value(json!({ "signal": { "kind": "history", "lags": [0] } })).unwrap();
+    assert_eq!(none.check().unwrap_err().key, "signal.lags");
     let none: Encoding =
         serde_json::from_value(json!({ "signal": { "kind": "quantile-code", "steps": 0 } })).unwrap();
     assert_eq!(none.check().unwrap_err().key, "signal.steps");

@@ -117,7 +117,7 @@ fn a_file_whose_card_and_tensors_disagree_is_refused_by_name() {
     });
     assert!(older.starts_with("was written by a version without model files"), "{older}");
     let text = set("/task/classes", json!(["soft", "stiff"]));
-    assert_eq!(text, "its network has outputs [3], its card names 2");
+    assert_eq!(text, "its network has outputs [3], its card needs 2");
     let text = set("/task", json!({ "classes": [] }));
     assert_eq!(text, "its card names no classes");
     let text = broken(&|parts| {

@@ -11,7 +11,6 @@ use serde_json::json;
 use support::{key, mlp, model, presses, recipe, record, run, three_folds, trainable, two_attributes};
 use taxel_baselines::Method;
 use taxel_data::{Dataset, Fold};
-use taxel_graph::Loss;
 use taxel_learn::{Candidate, ModelKind, Protocol, ResultsTable, Split, shuffled};
 
 /// The folds of repetition 0 under seed 3.
@@ -154,15 +153,15 @@ fn a_name_that_looks_like_a_row_keeps_its_own_recipe() {
         let (_keep, folder) = run(three_folds(&dataset, candidates.clone()).protocol(protocol));
         for candidate in candidates.clone() {
             let row = key(&format!("{}{suffix}", candidate.name), 0, 0);
-            let wanted = trainable(&candidate).recipe.clone();
+            let wanted = trainable(&candidate).recipe.for_task(&dataset.task());
             assert_eq!(record(&folder, &row).epochs.len(), wanted.epochs, "{row}");
             let card = model(&folder, &row).card().clone();
             assert_eq!(card.name, candidate.name);
             let ModelKind::Network { loss, recipe, .. } = card.kind else { panic!("a network") };
-            assert_eq!((loss, *recipe), (wanted.loss, wanted), "{row}");
+            assert_eq!((Some(loss), *recipe), (wanted.loss, wanted), "{row}");
         }
     }
-    assert_eq!(recipe(json!({})).loss, Loss::SoftmaxCrossEntropy, "else all three agree");
+    assert_eq!(recipe(json!({})).loss, None, "else all three agree");
 }
 
 #[test]

@@ -276,7 +276,7 @@ fn recipes_that_do_not_fit_the_samples_are_refused() {
     };
     let mut levels = two_attributes();
     levels.learn_attributes(&["elasticity".to_string(), "hardness".to_string()]).unwrap();
-    let error = refusal(&levels, mlp(&levels, recipe(json!({}))));
+    let error = refusal(&levels, mlp(&levels, recipe(json!({ "loss": "softmax-cross-entropy" }))));
     assert!(error.starts_with("loss = \"softmax-cross-entropy\": several attributes need"), "{error}");
     let dataset = presses(45, 20);
     let error = refusal(&dataset, mlp(&dataset, recipe(json!({ "augment": { "flip_rows": true } }))));
@@ -286,7 +286,7 @@ fn recipes_that_do_not_fit_the_samples_are_refused() {
     let mut two = presses(45, 20);
     two.keep_classes(&["soft".to_string(), "stiff".to_string()]).unwrap();
     let error = refusal(&dataset, mlp(&two, recipe(json!({}))));
-    assert_eq!(error, "mlp answers with 2 numbers, the samples have 3 classes or levels");
+    assert_eq!(error, "mlp answers with 2 numbers; the targets and the loss need 3");
     let error = refusal(&dataset, mlp(&dataset, recipe(json!({ "epochs": 0 }))));
     assert_eq!(error, "epochs = 0: must be in 1..=100000");
 }

@@ -9,7 +9,9 @@ use ndarray::Axis;
 use support::{bits, presses, record, run_at};
 use taxel_baselines::Method;
 use taxel_data::{Dataset, Quantity, Targets, Values};
-use taxel_learn::{Candidate, CrossValidation, Encoding, Model, Protocol, fit};
+use taxel_graph::Loss;
+use taxel_learn::metrics::Outcome;
+use taxel_learn::{Candidate, CrossValidation, Encoding, Model, Protocol, Recipe, fit};
 
 /// Presses with the height of each channel's last reading.
 fn measured() -> Dataset {
@@ -59,4 +61,57 @@ fn a_method_of_the_other_targets_says_so() {
             }
         }
     }
+}
+
+/// Every network answers from its file in the unit of the targets, as in its fold.
+#[test]
+fn networks_answer_in_the_unit_of_their_targets() {
+    let dataset = measured();
+    let graph = |outputs: usize| {
+        let net = taxel_graph::Network::new("line");
+        let flow = net.input("signal", &dataset.spec.shape.clone()).flatten();
+        net.finish(&[("values", flow.linear("fc1", 16).relu().linear("fc2", outputs))]).unwrap()
+    };
+    let recipe = |loss: Loss| Recipe {
+        epochs: 40,
+        batch_size: 8,
+        loss: Some(loss),
+        optimizer: serde_json::from_str(r#"{ "name": "adam", "lr": 0.01 }"#).unwrap(),
+        ..Recipe::default()
+    };
+    for loss in [Loss::Huber, Loss::GaussianLikelihood, Loss::Quantiles] {
+        let candidate = Candidate::network(graph(2 * loss.outputs_per_target()), recipe(loss));
+        let validation = CrossValidation::new(&dataset).protocol(Protocol::k_fold(2)).candidate(candidate);
+        let dir = tempfile::tempdir().unwrap();
+        let folder = run_at(validation, &dir.path().join("run")).unwrap();
+        let chance = {
+            let validation = CrossValidation::new(&dataset).protocol(Protocol::k_fold(2));
+            let mean = validation.candidate(Candidate::baseline(Method::Mean));
+            let folder = run_at(mean, &dir.path().join("mean")).unwrap();
+            error(&folder)
+        };
+        assert!(error(&folder) < 0.7 * chance, "{loss:?}: {} of {chance}", error(&folder));
+        for key in folder.keys().unwrap() {
+            let (record, model) = (record(&folder, &key), Model::open(&folder.model_path(&key)).unwrap());
+            let said = model.predict(&dataset.x.select(Axis(0), &record.index)).unwrap();
+            assert_eq!(bits(&said.outputs), bits(record.outcome.outputs()), "{loss:?} {key}");
+            let Outcome::Values { spread, .. } = &record.outcome else { panic!("labels") };
+            assert_eq!(bits(&said.spread), bits(spread), "{loss:?} {key}");
+            assert_eq!(spread.len(), if loss == Loss::Huber { 0 } else { 4 * record.index.len() });
+        }
+    }
+    let rectified = {
+        let net = taxel_graph::Network::new("rectified");
+        let flow = net.input("signal", &dataset.spec.shape.clone()).flatten();
+        net.finish(&[("values", flow.linear("fc", 2).relu())]).unwrap()
+    };
+    let candidate = Candidate::network(rectified, recipe(Loss::Huber));
+    let refused = fit(&candidate, &dataset, &Encoding::default()).unwrap_err().to_string();
+    assert!(refused.contains("values need a linear layer, a convolution or a batch norm there"), "{refused}");
+}
+
+/// Mean absolute error over all folds.
+fn error(folder: &taxel_learn::RunFolder) -> f64 {
+    let results = folder.results().unwrap();
+    results.networks[0].mean.as_ref().unwrap().get("mae").unwrap()
 }

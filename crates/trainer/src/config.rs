@@ -276,7 +276,7 @@ impl Config {
         let moves = recipe.augment.is_none() || self.encoding.is_warpable();
         let reason = "moves pixels: it needs encoding.image of kind \"raw\" or \"frame\", or encoding.tensor";
         require(moves, "augment", "{ .. }", reason)?;
-        let several = !self.data.attributes.is_empty() && recipe.loss == Loss::SoftmaxCrossEntropy;
+        let several = !self.data.attributes.is_empty() && recipe.loss == Some(Loss::SoftmaxCrossEntropy);
         let reason = "several attributes (data.attributes) need \"multi-label-soft-margin\", \"hinge\" or \
                       \"mean-squared-error\"";
         require(!several, "loss", "\"softmax-cross-entropy\"", reason)

@@ -267,12 +267,11 @@ impl Runner<'_> {
     }
 
     fn network(&self, i: usize, network: &Network, encoder: &mut Encoder) -> Result<Candidate> {
-        if self.dataset.targets.values().is_some() {
-            return Err(taxel_learn::Error::labels_only(&network.label).into());
-        }
         let config = self.experiment.config();
         let SizedNetwork { graph, start, settings, paper } = match self.experiment.network_path(i)? {
-            Some((key, path)) => self.filed(&format!("networks.{i}.{key}"), &path, encoder)?,
+            Some((key, path)) => {
+                self.filed(&format!("networks.{i}.{key}"), &path, self.outputs(network), encoder)?
+            }
             None => {
                 let entry = self.registry.find(&network.name)?;
                 let (settings, graph) = self.sized(network, entry, encoder)?;
@@ -308,14 +307,19 @@ impl Runner<'_> {
         })
     }
 
-    /// Reads a network from a file, with a head for the data's classes; `key` names the file in the config.
-    fn filed(&self, key: &str, path: &Path, encoder: &mut Encoder) -> Result<SizedNetwork> {
+    /// Returns the number of outputs that the targets need of a network.
+    fn outputs(&self, network: &Network) -> usize {
+        let task = self.dataset.task();
+        task.outputs() * network.train.outputs_per_target(&task)
+    }
+
+    /// Reads a network from a file, with a head of so many outputs; `key` names the file in the config.
+    fn filed(&self, key: &str, path: &Path, outputs: usize, encoder: &mut Encoder) -> Result<SizedNetwork> {
         let refuse = |reason: String| {
             self.experiment.refuse(Problem::new(key, format!("{:?}", path.display()), reason))
         };
         let (graph, weights) = read_network(path).map_err(|e| refuse(e.to_string()))?;
-        let graph =
-            graph.with_classes(self.dataset.output_names().len()).map_err(|e| refuse(e.to_string()))?;
+        let graph = graph.with_classes(outputs).map_err(|e| refuse(e.to_string()))?;
         let names: Vec<&str> = graph.inputs().map(|node| node.name.as_str()).collect();
         encoder.prepare(&names).map_err(|error| self.experiment.located(error))?;
         for node in graph.inputs() {
@@ -347,7 +351,7 @@ impl Runner<'_> {
     fn sized(&self, network: &Network, entry: &Entry, encoder: &mut Encoder) -> Result<(Settings, Graph)> {
         let names: Vec<&str> = entry.inputs.iter().map(|input| input.name.as_str()).collect();
         encoder.prepare(&names).map_err(|error| self.experiment.located(error))?;
-        let mut settings = entry.fit(self.dataset.output_names().len(), |input| encoder.shape(input))?;
+        let mut settings = entry.fit(self.outputs(network), |input| encoder.shape(input))?;
         settings.extend(network.settings());
         let graph = entry.graph(&settings)?;
         Ok((settings, graph))

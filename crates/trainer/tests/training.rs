@@ -254,7 +254,8 @@ fn several_attributes_are_learned_and_scored_level_by_level() {
         assert_eq!(seen.len(), 12);
     }
     let text = TINY.replace("scene = \"fingertip\"\nsamples = 45", "path = \"levels.npz\"");
-    let error = parse(&text, &sets[..1]).unwrap_err().to_string();
+    let wrong = [sets[0], "train.loss=\"softmax-cross-entropy\""];
+    let error = parse(&text, &wrong).unwrap_err().to_string();
     assert!(error.contains("train.loss") && error.contains("multi-label-soft-margin"), "{error}");
     let attributes = "data.attributes=[\"a\", \"b\", \"c\"]";
     let three = two_level_experiment(&dir.path().join("levels.npz"), &[attributes, sets[1]]);

@@ -5,12 +5,15 @@
 //! sure are right in nine of ten cases. It is fitted on predictions for samples that no training saw: those of the test
 //! parts of a run, or own recordings. The same predictions give [sets](AnswerSet) of classes that hold the true one as often as they
 //! say, and a [gate](Seen) that tells samples unlike any that was learned.
+//!
+//! Values have [intervals](Intervals) instead, fitted to the errors of the same predictions.
 
 mod answers;
 mod apart;
 mod early;
 mod fitted;
 mod held_out;
+mod intervals;
 mod place;
 mod reliability;
 mod seen;
@@ -23,6 +26,7 @@ pub use apart::fitted_apart;
 pub use early::EarlyRecord;
 pub use fitted::{CalibrationErrors, Certainty, FittedOn, HeldOutParts, SureAnswers};
 pub use held_out::HeldOut;
+pub use intervals::{HeldOutValues, IntervalAt, Intervals};
 pub use place::Place;
 pub use reliability::{Reliability, ReliabilityBin};
 pub use seen::{FALSE_ALARMS, Seen};

@@ -2,7 +2,8 @@
 
 use taxel_base::Layout;
 use taxel_encodings::{
-    CodePlan, ElectrodeImage, ImagePlan, NumaTac, OneFrame, ReductionPlan, ResizePlan, Scaling, TactileTensor,
+    CodePlan, ElectrodeImage, History, ImagePlan, NumaTac, OneFrame, ReductionPlan, ResizePlan, Scaling,
+    TactileTensor,
 };
 
 use super::axes::{refused, wrong_axes};
@@ -39,6 +40,11 @@ enum Operation {
     Baseline {
         readings: usize,
         length: usize,
+    },
+    /// The last of so many readings of each channel, and its differences.
+    History {
+        history: History,
+        shape: [usize; 2],
     },
     /// Frames of so many pixels as one series per pixel.
     Series {
@@ -126,19 +132,18 @@ impl Compiled {
         match (transform, shape) {
             // Features are one channel.
             (
-                Transform::Signal(_) | Transform::QuantileCode(_) | Transform::Rocket(_) | Transform::Rows(_),
+                Transform::Signal(_)
+                | Transform::QuantileCode(_)
+                | Transform::Rocket(_)
+                | Transform::Rows(_)
+                | Transform::History { .. },
                 &[length],
             ) => self.add(transform, &[1, length]),
             (Transform::Signal(scaling), &[channels, length]) => {
                 Ok(self.push(scale(scaling, channels), vec![channels, length]))
             }
-            (Transform::QuantileCode(code), &[channels, length]) => {
-                let plan = code.plan(channels, length).map_err(refuse)?;
-                Ok(self.push(Operation::Code(Box::new(plan)), code.shape(channels, length).to_vec()))
-            }
-            (Transform::Rocket(rocket), &[channels, length]) => {
-                let plan = rocket.plan([channels, length], &source)?;
-                Ok(self.push(Operation::Rocket(Box::new(plan)), vec![rocket.width()]))
+            (Transform::QuantileCode(_) | Transform::Rocket(_), &[channels, length]) => {
+                self.features(transform, [channels, length])
             }
             (Transform::Rows(scaling), &[channels, length]) => {
                 Ok(self.push(scale(scaling, channels), vec![1, channels, length]))
@@ -162,18 +167,50 @@ impl Compiled {
                 let shape = self.series(*layout, shape).ok_or_else(|| wrong(SERIES))?;
                 self.add(then, &shape)
             }
+            (Transform::History { history, then }, &[channels, length]) => {
+                let rows = self.history(history, [channels, length]).map_err(refuse)?;
+                self.add(then, &rows)
+            }
             (Transform::Baseline { readings, then }, shape) => {
                 let shape = self.baseline(*readings, shape)?;
                 self.add(then, &shape)
             }
             (Transform::Reduced { layout, reduction, then }, shape) => {
                 let plan = reduction.plan(*layout, shape).map_err(refuse)?;
-                let left = plan.shape().to_vec();
-                let left = self.push(Operation::Reduce(Box::new(plan)), left);
+                let left = self.reduce(plan);
                 self.add(then, &left)
             }
             _ => Err(wrong(transform.input())),
         }
+    }
+
+    /// Adds the stage of a code or of features of channels × time.
+    fn features(&mut self, transform: &Transform, shape: [usize; 2]) -> Result<Vec<usize>> {
+        let source = self.source.clone();
+        match transform {
+            Transform::QuantileCode(code) => {
+                let plan = code.plan(shape[0], shape[1]).map_err(|e| refused(&source, SIGNAL, e))?;
+                Ok(self.push(Operation::Code(Box::new(plan)), code.shape(shape[0], shape[1]).to_vec()))
+            }
+            Transform::Rocket(rocket) => {
+                let plan = rocket.plan(shape, &source)?;
+                Ok(self.push(Operation::Rocket(Box::new(plan)), vec![rocket.width()]))
+            }
+            _ => Err(wrong_axes(&shape, transform.input(), &source)),
+        }
+    }
+
+    /// Adds the stage of the last readings and their differences.
+    fn history(&mut self, history: &History, shape: [usize; 2]) -> taxel_encodings::Result<Vec<usize>> {
+        history.check(shape[1])?;
+        let work = Operation::History { history: history.clone(), shape };
+        Ok(self.push(work, history.shape(shape[0]).to_vec()))
+    }
+
+    /// Adds the stage that leaves out a part of a sample.
+    fn reduce(&mut self, plan: ReductionPlan) -> Vec<usize> {
+        let left = plan.shape().to_vec();
+        self.push(Operation::Reduce(Box::new(plan)), left)
     }
 
     /// Adds the stage that takes the mean of the first `readings` off each channel.
@@ -269,6 +306,7 @@ impl Operation {
                     to.iter_mut().zip(from).for_each(|(to, v)| *to = v - mean);
                 }
             }
+            Operation::History { history, shape } => history.encode(*shape, from, to)?,
             Operation::Series { pixels } => {
                 let frames = from.len() / *pixels;
                 for (t, frame) in from.chunks_exact(*pixels).enumerate() {

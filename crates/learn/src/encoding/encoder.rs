@@ -126,13 +126,18 @@ impl<'a> Encoder<'a> {
             _ => then,
         };
         if missing(self, SIGNAL) {
-            match self.encoding.signal {
+            match self.encoding.signal.clone() {
                 Signal::Scaled(Scaled { scale }) => match self.scaling(scale)? {
                     Some(scaling) => {
                         self.encode_now(SIGNAL, flat(Transform::Signal(scaling).less(baseline)))?
                     }
                     None => self.fit_later(SIGNAL, flat(Transform::Signal(Scaling::Raw).less(baseline)))?,
                 },
+                Signal::History(history) => {
+                    let scaled = Box::new(Transform::Signal(Scaling::Raw));
+                    let history = Transform::History { history, then: scaled };
+                    self.fit_later(SIGNAL, flat(history.less(baseline)))?;
+                }
                 Signal::QuantileCode(Code { ramps, steps }) => {
                     let code = Transform::QuantileCode(QuantileCode::new(ramps, steps));
                     self.fit_later(SIGNAL, flat(code.less(baseline)))?;

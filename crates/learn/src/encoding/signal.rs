@@ -1,19 +1,21 @@
-//! The `signal` input: scaled readings, or the quantile code of them.
+//! The `signal` input: scaled readings, the quantile code of them, or the last one and its differences to earlier ones.
 
 use serde::{Deserialize, Serialize};
-use taxel_encodings::QuantileCode;
+use taxel_encodings::{History, QuantileCode};
 
 use super::scale::{Scale, Scaled, no_colours};
 use crate::problem::{Check, within};
 
 /// The `signal` input, by what it is made of.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "Keys", into = "Keys")]
 pub enum Signal {
     /// The readings [N, C, T], scaled; what a config means that names no kind.
     Scaled(Scaled),
     /// Ramps between quantiles of the readings and their changes, `kind = "quantile-code"`: [N, rows, steps].
     QuantileCode(Code),
+    /// The last reading of each channel and its differences to earlier ones, as z-scores, `kind = "history"`: [N, rows, 1].
+    History(History),
 }
 
 /// The quantile code, fitted on the training part of each fold.
@@ -40,11 +42,14 @@ impl Default for Code {
 
 impl Signal {
     pub(super) fn check(&self) -> Check {
-        match *self {
-            Signal::Scaled(Scaled { scale }) => no_colours("scale", scale),
+        match self {
+            Signal::Scaled(Scaled { scale }) => no_colours("scale", *scale),
             Signal::QuantileCode(Code { ramps, steps }) => {
-                within("ramps", ramps, 1, 100_000)?;
-                within("steps", steps, 1, 1_000_000)
+                within("ramps", *ramps, 1, 100_000)?;
+                within("steps", *steps, 1, 1_000_000)
+            }
+            Signal::History(History { lags }) => {
+                lags.iter().try_for_each(|lag| within("lags", *lag, 1, 1_000_000))
             }
         }
     }
@@ -62,6 +67,8 @@ struct Keys {
     ramps: Option<usize>,
     #[serde(skip_serializing_if = "Option::is_none")]
     steps: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    lags: Option<Vec<usize>>,
 }
 
 #[derive(Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -69,16 +76,31 @@ struct Keys {
 enum SignalKind {
     Scaled,
     QuantileCode,
+    History,
 }
 
 impl TryFrom<Keys> for Signal {
     type Error = String;
 
-    fn try_from(Keys { kind, scale, ramps, steps }: Keys) -> Result<Self, String> {
+    fn try_from(Keys { kind, scale, ramps, steps, lags }: Keys) -> Result<Self, String> {
+        let kind = kind.unwrap_or(SignalKind::Scaled);
         let foreign = |key: &str, kind: &str, known: &str| {
             Err(format!("`{key}` is no key of a signal of kind \"{kind}\", which has {known}"))
         };
-        match (kind.unwrap_or(SignalKind::Scaled), scale, ramps, steps) {
+        if lags.is_some() && kind != SignalKind::History {
+            let (kind, known) = match kind {
+                SignalKind::Scaled => ("scaled", "scale"),
+                _ => ("quantile-code", "ramps and steps"),
+            };
+            return foreign("lags", kind, known);
+        }
+        match (kind, scale, ramps, steps) {
+            (SignalKind::History, None, None, None) => {
+                Ok(Signal::History(lags.map_or_else(History::default, |lags| History { lags })))
+            }
+            (SignalKind::History, Some(_), ..) => foreign("scale", "history", "lags"),
+            (SignalKind::History, None, Some(_), _) => foreign("ramps", "history", "lags"),
+            (SignalKind::History, None, None, Some(_)) => foreign("steps", "history", "lags"),
             (SignalKind::Scaled, scale, None, None) => {
                 Ok(Signal::Scaled(Scaled { scale: scale.unwrap_or_default() }))
             }
@@ -96,16 +118,16 @@ impl TryFrom<Keys> for Signal {
 
 impl From<Signal> for Keys {
     fn from(signal: Signal) -> Self {
+        let none = Keys { kind: None, scale: None, ramps: None, steps: None, lags: None };
         match signal {
-            Signal::Scaled(Scaled { scale }) => {
-                Keys { kind: None, scale: Some(scale), ramps: None, steps: None }
+            Signal::Scaled(Scaled { scale }) => Keys { scale: Some(scale), ..none },
+            Signal::QuantileCode(Code { ramps, steps }) => {
+                let kind = Some(SignalKind::QuantileCode);
+                Keys { kind, ramps: Some(ramps), steps: Some(steps), ..none }
             }
-            Signal::QuantileCode(Code { ramps, steps }) => Keys {
-                kind: Some(SignalKind::QuantileCode),
-                scale: None,
-                ramps: Some(ramps),
-                steps: Some(steps),
-            },
+            Signal::History(History { lags }) => {
+                Keys { kind: Some(SignalKind::History), lags: Some(lags), ..none }
+            }
         }
     }
 }

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use taxel_base::Layout;
 use taxel_encodings::numatac::{fit_features, scale_features};
 use taxel_encodings::{
-    ElectrodeImage, HardnessImage, NumaTac, OneFrame, QuantileCode, Reduction, Resize, Scaling,
+    ElectrodeImage, HardnessImage, History, NumaTac, OneFrame, QuantileCode, Reduction, Resize, Scaling,
     TactileTensor, red_channel,
 };
 
@@ -78,6 +78,13 @@ pub enum Transform {
         /// The next transform.
         then: Box<Transform>,
     },
+    /// `[N, C, T]` as the last reading of each channel and its differences to earlier ones, `[N, rows, 1]`, and then something else.
+    History {
+        /// Which earlier ones.
+        history: History,
+        /// The next transform.
+        then: Box<Transform>,
+    },
     /// Less of a raw sample of any layout, and then something else.
     Reduced {
         /// Axes of a sample.
@@ -118,6 +125,7 @@ impl Transform {
         match self {
             Transform::Baseline { then, .. }
             | Transform::Series { then, .. }
+            | Transform::History { then, .. }
             | Transform::Reduced { then, .. } => then.last(),
             _ => self,
         }
@@ -195,6 +203,10 @@ impl Transform {
             Transform::Baseline { readings, then } => {
                 then.shape(&less_baseline(x.clone(), *readings, source)?, source)
             }
+            Transform::History { history, then } => {
+                let x = signal_axes(x.clone(), SIGNAL, source)?;
+                then.shape(&histories(&x, history).map_err(refuse)?, source)
+            }
             Transform::Series { layout, then } => then.shape(&series(x, *layout, source)?, source),
             Transform::Reduced { layout, reduction, then } => {
                 then.shape(&reduced(x, *layout, reduction).map_err(refuse)?, source)
@@ -234,6 +246,7 @@ impl Transform {
             }
             Transform::Baseline { then, .. }
             | Transform::Series { then, .. }
+            | Transform::History { then, .. }
             | Transform::Reduced { then, .. } => return then.scale(x, source),
             Transform::Numatac { scaling, .. } | Transform::Rows(scaling) => {
                 let view = with_axes(x.view(), input, source)?;
@@ -278,6 +291,9 @@ impl Transform {
             Transform::Baseline { readings, then } => {
                 Transform::Baseline { readings, then: Box::new(then.fitted(train, source)?) }
             }
+            Transform::History { history, then } => {
+                Transform::History { history, then: Box::new(then.fitted(train, source)?) }
+            }
             Transform::Reduced { layout, reduction, then } => {
                 Transform::Reduced { layout, reduction, then: Box::new(then.fitted(train, source)?) }
             }
@@ -297,6 +313,19 @@ impl Transform {
             None => self,
         }
     }
+}
+
+/// Makes rows `[N, rows, 1]` of recordings `[N, C, T]`.
+fn histories(x: &ArrayD<f32>, history: &History) -> taxel_encodings::Result<ArrayD<f32>> {
+    let &[n, channels, length] = x.shape() else { return Ok(x.clone()) };
+    let mut rows = ArrayD::zeros([&[n][..], &history.shape(channels)].concat());
+    for (recording, mut rows) in x.outer_iter().zip(rows.outer_iter_mut()) {
+        let recording = recording.as_standard_layout();
+        if let (Some(recording), Some(rows)) = (recording.as_slice(), rows.as_slice_mut()) {
+            history.encode([channels, length], recording, rows)?;
+        }
+    }
+    Ok(rows)
 }
 
 /// Makes pictures of images, or of one frame of each sample: coloured, then resized.

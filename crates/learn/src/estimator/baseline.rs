@@ -121,7 +121,7 @@ impl Estimator for Baseline {
         }
         let samples = fold.train.len() as u64;
         let fitted = Box::new(fitted);
-        Ok(Some(Trained { fitted, outputs, test_loss, train_seconds, test_seconds, samples }))
+        Ok(Some(Trained { fitted, outputs, spread: vec![], test_loss, train_seconds, test_seconds, samples }))
     }
 }
 
@@ -335,7 +335,6 @@ impl Fitted for FittedBaseline {
 
     fn left_out(&self, set: &TrainingSet) -> Result<Option<Vec<f32>>> {
         let refuse = |source| Error::Baseline { baseline: self.method.name().into(), source };
-        let Targets::Classes { labels, .. } = &set.dataset.targets else { return Ok(None) };
         let rows = &set.fold.train;
         let mut values = vec![];
         set.inputs[0].encoded.gather(rows, &mut values);
@@ -345,7 +344,14 @@ impl Fitted for FittedBaseline {
             Some(units) => rows.iter().map(|row| units[*row]).collect(),
             None => (0..rows.len() as u32).collect(),
         };
-        fitted.left_out(&train, &labels.of(rows), &units).map_err(refuse)
+        match &set.dataset.targets {
+            Targets::Classes { labels, .. } => fitted.left_out(&train, &labels.of(rows), &units),
+            Targets::Values(values) => {
+                fitted.left_out_values(&train, &values.of(rows), values.quantities().len(), &units)
+            }
+            Targets::Levels(_) => Ok(None),
+        }
+        .map_err(refuse)
     }
 
     fn complete(&self, record: FoldRecord) -> Result<FoldRecord> {

@@ -123,6 +123,8 @@ pub struct Trained {
     pub fitted: Box<dyn Fitted>,
     /// Its outputs for the test part `[test samples, outputs]`, row-major.
     pub outputs: Vec<f32>,
+    /// How far below and above them it expects the true values, `[test samples, quantities, 2]`; empty where it says nothing of it.
+    pub spread: Vec<f32>,
     /// Mean loss over the test part; 0 of none.
     pub test_loss: f64,
     /// Seconds of training.
@@ -144,8 +146,8 @@ pub trait Fitted {
     /// Returns the inputs of its model, in its order.
     fn inputs<'i>(&self, inputs: &'i [Input]) -> Vec<&'i Input>;
 
-    /// Returns logits of the training samples `[n, outputs]`, each as if its inseparable group had not been learned, where that
-    /// costs no training: of MiniRocket's ridge.
+    /// Returns logits or values of the training samples `[n, outputs]`, each as if its inseparable group had not been learned, where
+    /// that costs no training: of a ridge.
     ///
     /// # Errors
     /// Samples that the method refuses.

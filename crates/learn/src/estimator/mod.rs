@@ -4,6 +4,7 @@ pub(crate) mod baseline;
 pub(crate) mod candidate;
 pub(crate) mod estimator;
 pub(crate) mod fit;
+pub(crate) mod left_out;
 pub(crate) mod network;
 pub(crate) mod one_fold;
 pub(crate) mod search;

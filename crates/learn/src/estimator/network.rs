@@ -16,7 +16,7 @@ use crate::problem::{Problem, require};
 use crate::run::records::{Change, Costs, FoldRecord};
 use crate::training::hooks::Hooks;
 use crate::training::network::{TrainedNetwork, Training};
-use crate::training::recipe::Recipe;
+use crate::training::recipe::{ClassWeights, Recipe};
 
 /// Multiply-accumulates that stand for what a small network spends besides them.
 const OVERHEAD: u64 = 200_000;
@@ -56,10 +56,7 @@ impl Trainable {
 
     /// Refuses settings of `recipe` that the task or the encoding do not allow.
     fn check_recipe(&self, recipe: &Recipe, task: &Task, encoder: &Encoder) -> Result<()> {
-        let reason =
-            "several attributes need \"multi-label-soft-margin\", \"hinge\" or \"mean-squared-error\"";
-        let fits = !matches!(task, Task::Levels(_)) || recipe.loss != Loss::SoftmaxCrossEntropy;
-        require(fits, "loss", "\"softmax-cross-entropy\"", reason)?;
+        check_loss(recipe, task)?;
         let reason = "moves pixels: it needs encoding.image of kind \"raw\" or \"frame\", or encoding.tensor";
         require(recipe.augment.is_none() || encoder.is_warpable(), "augment", "{ .. }", reason)?;
         if let Some(stopping) = &recipe.early_stopping {
@@ -67,6 +64,31 @@ impl Trainable {
         }
         Ok(())
     }
+}
+
+/// Refuses a loss that cannot learn the task, and settings of labels for values.
+fn check_loss(recipe: &Recipe, task: &Task) -> Result<()> {
+    let said = serde_json::to_string(&recipe.loss).unwrap_or_default();
+    let values = recipe.loss.is_none_or(Loss::learns_values);
+    match task {
+        Task::Values(_) => {
+            let reason =
+                "values need \"huber\", \"mean-squared-error\", \"gaussian-likelihood\" or \"quantiles\"";
+            require(values, "loss", said, reason)?;
+            let reason = "is for classes; leave it out for values";
+            require(recipe.label_smoothing == 0.0, "label_smoothing", recipe.label_smoothing, reason)?;
+            require(recipe.class_weights == ClassWeights::None, "class_weights", "\"balanced\"", reason)?;
+        }
+        Task::Levels(_) | Task::Classes(_) => {
+            let of_values = values && !matches!(recipe.loss, None | Some(Loss::MeanSquaredError));
+            require(!of_values, "loss", &said, "learns values, and the targets are classes")?;
+            let several = matches!(task, Task::Levels(_)) && recipe.loss == Some(Loss::SoftmaxCrossEntropy);
+            let reason =
+                "several attributes need \"multi-label-soft-margin\", \"hinge\" or \"mean-squared-error\"";
+            require(!several, "loss", said, reason)?;
+        }
+    }
+    Ok(())
 }
 
 impl Estimator for Trainable {
@@ -84,20 +106,21 @@ impl Estimator for Trainable {
 
     fn check_samples(&self, name: &str, _samples: usize, encoder: &Encoder) -> Result<()> {
         let task = encoder.dataset().task();
-        if let Task::Values(_) = task {
-            return Err(Error::labels_only(name));
-        }
         self.check_inputs(name, encoder)?;
-        let classes = task.outputs();
+        self.recipes().try_for_each(|recipe| self.check_recipe(recipe, &task, encoder))?;
+        if matches!(task, Task::Values(_)) {
+            self.graph.check_rescalable().map_err(taxel_engine::Error::from)?;
+        }
+        let wanted = |recipe: &Recipe| task.outputs() * recipe.outputs_per_target(&task);
         let shape = self.graph.outputs().first().map_or(&[][..], |(_, id)| &self.graph.nodes()[*id].shape);
         let outputs = shape.iter().product::<usize>();
-        if outputs != classes {
+        if let Some(classes) = self.recipes().map(wanted).find(|wanted| *wanted != outputs) {
             return Err(Error::Outputs { network: name.into(), outputs, classes });
         }
         if let Some(search) = &self.search {
             search.by.metric("choose.by", &task)?;
         }
-        self.recipes().try_for_each(|recipe| self.check_recipe(recipe, &task, encoder))
+        Ok(())
     }
 
     fn faults(&self) -> Option<&TrainingFaults> {
@@ -151,6 +174,7 @@ impl Estimator for Trainable {
         let Some(mut trained) = training.run(hooks)? else { return Ok(None) };
         Ok(Some(Trained {
             outputs: std::mem::take(&mut trained.outputs),
+            spread: std::mem::take(&mut trained.spread),
             test_loss: trained.test_loss,
             train_seconds: trained.train_seconds,
             test_seconds: trained.test_seconds,
@@ -171,7 +195,7 @@ impl Fitted for FittedNetwork {
     fn kind(&self) -> ModelKind {
         ModelKind::Network {
             graph: Box::new(self.graph.clone()),
-            loss: self.trained.recipe.loss,
+            loss: self.trained.recipe.loss.unwrap_or_default(),
             batch: self.trained.batch,
             recipe: Box::new(self.trained.recipe.clone()),
         }

@@ -2,13 +2,12 @@
 
 use taxel_data::{Dataset, Fold};
 
-use crate::certainty::{Certainty, HeldOut, HeldOutParts};
 use crate::encoding::{Encoder, Input};
 use crate::error::Result;
 use crate::estimator::candidate::Candidate;
 use crate::estimator::estimator::{Fitted, Trained, TrainingSet};
+use crate::estimator::left_out::with_left_out;
 use crate::latency::Latency;
-use crate::metrics::{Levels, softmax};
 use crate::model::{Card, FORMAT, Model, ModelInput, Ranges, TrainedOn, TrainingPart};
 use crate::run::environment::COMMIT;
 use crate::run::model_latency::of_model;
@@ -73,8 +72,9 @@ pub(crate) fn train_fold(job: &FoldJob, encoder: &Encoder, hooks: &mut Hooks) ->
     let Some(trained) = candidate.estimator.fit(&set, hooks)? else { return Ok(None) };
     let fitted = trained.fitted.as_ref();
     let mut model = model(job, dataset, fitted, &inputs);
-    if place.is_none() {
-        model = model.with_certainty(left_out(job, &set, fitted)?);
+    // A faulty copy of a sample that is left out would stay.
+    if place.is_none() && candidate.faults().is_none() && fold.validation.is_empty() {
+        model = with_left_out(model, (protocol, job.seed), &set, fitted)?;
     }
     let timed = fold.test.first().filter(|_| is_timed);
     Ok(Some(TrainedFold {
@@ -83,34 +83,6 @@ pub(crate) fn train_fold(job: &FoldJob, encoder: &Encoder, hooks: &mut Hooks) ->
         encoding_ms_per_sample: inputs.iter().map(|input| input.ms_per_sample).sum(),
         trained,
     }))
-}
-
-/// Fits how sure a model of all samples may be to what it would say of each had it not learned it, where that is known.
-fn left_out(job: &FoldJob, set: &TrainingSet, fitted: &dyn Fitted) -> Result<Option<Certainty>> {
-    let (dataset, rows) = (set.dataset, &set.fold.train);
-    // A faulty copy of a sample that is left out would stay.
-    if job.candidate.faults().is_some() || !job.fold.validation.is_empty() {
-        return Ok(None);
-    }
-    let Some(logits) = fitted.left_out(set)? else { return Ok(None) };
-    let levels = Levels::of_task(&dataset.task());
-    let mut probabilities = logits.clone();
-    softmax(&mut probabilities, levels.outputs());
-    let labels = dataset.targets.labels().map_or(vec![], |labels| labels.of(rows));
-    let groups = dataset.groups.as_ref().map(|groups| rows.iter().map(|row| groups[*row]).collect());
-    let parts = vec![0; rows.len()];
-    let held = HeldOut {
-        probabilities,
-        logits,
-        truth: labels,
-        parts,
-        rows: rows.clone(),
-        groups,
-        ..HeldOut::default()
-    };
-    let parts = HeldOutParts::of(job.protocol);
-    let certainty = Certainty::fit(&held, &levels, parts, &dataset.digest, job.seed)?;
-    Ok(certainty.map(|certainty| certainty.with_logits(&held, &[], &levels)))
 }
 
 impl TrainedFold {
@@ -125,8 +97,9 @@ impl TrainedFold {
         fold: &Fold,
         model: Option<String>,
     ) -> Result<FoldRecord> {
-        let Trained { fitted, outputs, test_loss, .. } = &self.trained;
+        let Trained { fitted, outputs, spread, test_loss, .. } = &self.trained;
         let record = FoldRecord::of(key, dataset, fold, outputs.clone(), *test_loss);
+        let record = FoldRecord { outcome: record.outcome.clone().with_spread(spread), ..record };
         fitted.complete(FoldRecord { model, ..record })
     }
 }
@@ -161,6 +134,7 @@ fn model(job: &FoldJob, dataset: &Dataset, fitted: &dyn Fitted, inputs: &[Input]
         quantized: None,
         score: None,
         certainty: None,
+        intervals: None,
         // Of the tensors: filled in with them.
         tensors: String::new(),
         task,

@@ -22,6 +22,7 @@ mod levels;
 mod outcome;
 mod probabilities;
 mod scores;
+mod spread;
 mod table;
 
 use serde::{Deserialize, Serialize};
@@ -34,6 +35,7 @@ pub use interval::{FEW_GROUPS, MeanEstimate, Terms, t_quantile};
 pub use levels::{LevelScores, Levels};
 pub use outcome::Outcome;
 pub use scores::Scores;
+pub use spread::{around, spread};
 pub(crate) use table::metric_names;
 pub use table::{Direction, Metric, MetricUnit, metrics};
 pub use taxel_baselines::softmax;

@@ -32,6 +32,10 @@ pub enum Outcome {
         truth: Vec<f32>,
         /// The same of the predicted ones.
         predicted: Vec<f32>,
+        /// How far below and above its answers the network expects the true values, `[samples, quantities, 2]`; empty where it
+        /// says nothing of it.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        spread: Vec<f32>,
     },
 }
 
@@ -45,7 +49,9 @@ impl Outcome {
                 probabilities: outputs,
                 untrained: vec![],
             },
-            Targets::Values(values) => Outcome::Values { truth: values.of(rows), predicted: outputs },
+            Targets::Values(values) => {
+                Outcome::Values { truth: values.of(rows), predicted: outputs, spread: vec![] }
+            }
         }
     }
 
@@ -61,6 +67,14 @@ impl Outcome {
                 |attribute| of(truth, attribute).difference(&of(&trained, attribute)).copied().collect();
             let each: Vec<Vec<u32>> = (0..width).map(missing).collect();
             *untrained = if each.iter().all(Vec::is_empty) { vec![] } else { each };
+        }
+        self
+    }
+
+    /// Notes how far below and above its answers the network expects the true values, `[samples, quantities, 2]`.
+    pub(crate) fn with_spread(mut self, given: &[f32]) -> Self {
+        if let Outcome::Values { spread, .. } = &mut self {
+            *spread = given.to_vec();
         }
         self
     }
@@ -107,7 +121,7 @@ impl Outcome {
             Outcome::Labels { truth, probabilities, .. } => {
                 Levels::of_task(task).log_loss(probabilities, truth)
             }
-            Outcome::Values { truth, predicted } => {
+            Outcome::Values { truth, predicted, .. } => {
                 let squares =
                     predicted.iter().zip(truth).map(|(a, b)| (f64::from(*a) - f64::from(*b)).powi(2));
                 Ok(squares.sum::<f64>() / truth.len().max(1) as f64)
@@ -128,10 +142,11 @@ impl Outcome {
                 };
                 known(truth) && known(predicted) && probabilities.len() == samples * task.outputs()
             }
-            (Outcome::Values { truth, predicted }, Task::Values(quantities)) => {
-                [truth, predicted].iter().all(|values| {
-                    values.len() == samples * quantities.len() && values.iter().all(|v| v.is_finite())
-                })
+            (Outcome::Values { truth, predicted, spread }, Task::Values(quantities)) => {
+                let expected = samples * quantities.len();
+                let finite = |values: &[f32]| values.iter().all(|v| v.is_finite());
+                [truth, predicted].iter().all(|values| values.len() == expected && finite(values))
+                    && (spread.is_empty() || spread.len() == 2 * expected && finite(spread))
             }
             _ => false,
         }

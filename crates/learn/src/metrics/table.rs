@@ -2,10 +2,10 @@
 //!
 //! A new metric is one entry here.
 
-use taxel_data::Task;
+use taxel_data::{Quantity, Task};
 
 use crate::error::{Error, Result};
-use crate::metrics::{LevelScores, Levels, MacroScores, MeanEstimate, Outcome, Terms, mean_sd};
+use crate::metrics::{LevelScores, Levels, MacroScores, MeanEstimate, Outcome, Terms, mean_sd, quantile};
 
 /// The unit of a metric.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -16,12 +16,17 @@ pub enum MetricUnit {
     Number,
     /// The unit of the quantity.
     Quantity,
+    /// Percent of the range of the true values, which quantities in different units have in common.
+    Range,
 }
 
 impl MetricUnit {
     /// Returns what a share is multiplied by: 100 for percent, 1 otherwise.
     pub fn scale(self) -> f64 {
-        if self == MetricUnit::Percent { 100.0 } else { 1.0 }
+        match self {
+            MetricUnit::Percent | MetricUnit::Range => 100.0,
+            MetricUnit::Number | MetricUnit::Quantity => 1.0,
+        }
     }
 }
 
@@ -92,7 +97,7 @@ const OF_LABELS: &[Metric] = &[
     },
 ];
 
-/// Metrics of values; of several quantities each is the mean over them.
+/// Metrics of values in one unit; of several quantities each is the mean over them.
 const OF_VALUES: &[Metric] = &[
     Metric {
         of: |task, outcome| mean_over(task, outcome, |errors, _| mean_sd(&absolute(errors)).0),
@@ -105,18 +110,57 @@ const OF_VALUES: &[Metric] = &[
         of: |task, outcome| mean_over(task, outcome, |errors, _| mean_sd(&squares(errors)).0.sqrt()),
         ..Metric::of_values("rmse", "RMSE", MetricUnit::Quantity, Direction::Lower)
     },
+    R2,
     Metric {
-        of: |task, outcome| mean_over(task, outcome, r_squared),
-        ..Metric::of_values("r2", "R²", MetricUnit::Number, Direction::Higher)
+        of: |task, outcome| mean_over(task, outcome, |errors, _| within(errors, 0.5)),
+        is_shown: false,
+        ..Metric::of_values("median_error", "median error", MetricUnit::Quantity, Direction::Lower)
     },
+    Metric {
+        of: |task, outcome| mean_over(task, outcome, |errors, _| within(errors, 0.95)),
+        ..Metric::of_values("p95_error", "95 % of errors within", MetricUnit::Quantity, Direction::Lower)
+    },
+    Metric { is_shown: false, ..RELATIVE_MAE },
 ];
+
+/// Metrics of values in several units: each is the mean over the quantities of a number that does not depend on their units.
+const OF_MIXED_VALUES: &[Metric] = &[RELATIVE_MAE, R2];
+
+const R2: Metric = Metric {
+    of: |task, outcome| mean_over(task, outcome, r_squared),
+    ..Metric::of_values("r2", "R²", MetricUnit::Number, Direction::Higher)
+};
+
+const RELATIVE_MAE: Metric = Metric {
+    of: |task, outcome| {
+        let share = |errors: &[f64], truth: &[f64]| mean_sd(&absolute(errors)).0 / range(truth);
+        Ok(100.0 * mean_over(task, outcome, share)?)
+    },
+    terms: Some(|outcome, width| {
+        let ranges: Vec<f64> =
+            (0..width).map(|quantity| range(&truth_of(outcome, quantity, width))).collect();
+        let of_row = |row: &Vec<f64>| {
+            let shares = row.iter().zip(&ranges).map(|(error, range)| error.abs() / range);
+            shares.sum::<f64>() / width as f64
+        };
+        errors(outcome, width).iter().map(of_row).collect()
+    }),
+    ..Metric::of_values("relative_mae", "relative MAE", MetricUnit::Range, Direction::Lower)
+};
 
 /// Returns the metrics of a task; the first is its primary one, which choices go by.
 pub fn metrics(task: &Task) -> &'static [Metric] {
     match task {
         Task::Classes(_) | Task::Levels(_) => OF_LABELS,
+        Task::Values(quantities) if in_several_units(quantities) => OF_MIXED_VALUES,
         Task::Values(_) => OF_VALUES,
     }
+}
+
+/// Checks whether quantities are several that are not all known to be in one unit: their errors cannot be averaged.
+fn in_several_units(quantities: &[Quantity]) -> bool {
+    let [first, others @ ..] = quantities else { return false };
+    !others.is_empty() && (first.unit.is_none() || others.iter().any(|other| other.unit != first.unit))
 }
 
 /// Lists the names of the metrics of all tasks; one that several have comes once for each.
@@ -186,7 +230,7 @@ impl Metric {
     /// Returns what its values are counted in: `%`, or the unit of the first quantity; none of a plain number.
     pub fn unit_of(&self, task: &Task) -> Option<String> {
         match self.unit {
-            MetricUnit::Percent => Some("%".into()),
+            MetricUnit::Percent | MetricUnit::Range => Some("%".into()),
             MetricUnit::Number => None,
             MetricUnit::Quantity => task.quantities().first()?.unit.clone(),
         }
@@ -263,7 +307,7 @@ fn share_right(outcome: &Outcome, width: usize) -> Vec<f64> {
 
 /// Returns the errors of each sample, one per quantity.
 fn errors(outcome: &Outcome, width: usize) -> Vec<Vec<f64>> {
-    let Outcome::Values { truth, predicted } = outcome else { return vec![] };
+    let Outcome::Values { truth, predicted, .. } = outcome else { return vec![] };
     let row = |(truth, predicted): (&[f32], &[f32])| {
         predicted.iter().zip(truth).map(|(a, b)| f64::from(*a) - f64::from(*b)).collect()
     };
@@ -272,7 +316,7 @@ fn errors(outcome: &Outcome, width: usize) -> Vec<Vec<f64>> {
 
 /// Returns the mean over the quantities of a value of their errors and true values.
 fn mean_over(task: &Task, outcome: &Outcome, value: fn(&[f64], &[f64]) -> f64) -> Result<f64> {
-    let (Outcome::Values { truth, .. }, Task::Values(quantities)) = (outcome, task) else {
+    let (Outcome::Values { .. }, Task::Values(quantities)) = (outcome, task) else {
         return Err(Error::Metrics {
             what: "predictions",
             reason: "are labels where values are needed".into(),
@@ -285,10 +329,31 @@ fn mean_over(task: &Task, outcome: &Outcome, value: fn(&[f64], &[f64]) -> f64) -
     }
     let of_column = |column: usize| {
         let errors: Vec<f64> = rows.iter().map(|row| row[column]).collect();
-        let truth: Vec<f64> = truth.iter().skip(column).step_by(width).map(|v| f64::from(*v)).collect();
-        value(&errors, &truth)
+        value(&errors, &truth_of(outcome, column, width))
     };
     Ok((0..width).map(of_column).sum::<f64>() / width as f64)
+}
+
+/// Returns the true values of one quantity.
+fn truth_of(outcome: &Outcome, quantity: usize, width: usize) -> Vec<f64> {
+    let Outcome::Values { truth, .. } = outcome else { return vec![] };
+    truth.iter().skip(quantity).step_by(width).map(|v| f64::from(*v)).collect()
+}
+
+/// Returns the distance of the largest and the least value; 1 where they are equal.
+fn range(values: &[f64]) -> f64 {
+    let (least, most) = (
+        values.iter().copied().fold(f64::INFINITY, f64::min),
+        values.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+    );
+    if most > least { most - least } else { 1.0 }
+}
+
+/// Returns the size that a share of the errors does not pass.
+fn within(errors: &[f64], share: f64) -> f64 {
+    let mut sizes = absolute(errors);
+    sizes.sort_by(f64::total_cmp);
+    quantile(&sizes, share)
 }
 
 fn absolute(errors: &[f64]) -> Vec<f64> {
@@ -381,9 +446,9 @@ mod tests {
         assert_eq!(primary.worsening(80.0, 90.0), 10.0);
     }
 
-    /// Returns the targets and predictions of a force and a height, and of each alone.
-    fn force_and_height() -> ([Targets; 3], [Vec<f32>; 3]) {
-        let both = [force(), vec![Quantity { name: "height".into(), unit: Some("mm".into()) }]].concat();
+    /// Returns the targets and predictions of a force and another quantity in `unit`, and of each alone.
+    fn force_and_another(unit: &str) -> ([Targets; 3], [Vec<f32>; 3]) {
+        let both = [force(), vec![Quantity { name: "other".into(), unit: Some(unit.into()) }]].concat();
         let truth = [vec![3.0, -0.5, 2.0, 7.0], vec![1.0, 4.0, 9.0, 16.0]];
         let said = [vec![2.5, 0.0, 2.0, 8.0], vec![1.0, 7.0, 9.0, 12.0]];
         let mixed = |each: &[Vec<f32>; 2]| (0..4).flat_map(|row| [each[0][row], each[1][row]]).collect();
@@ -394,13 +459,13 @@ mod tests {
 
     #[test]
     fn metrics_of_several_quantities_are_means_over_them() {
-        let (targets, said) = force_and_height();
+        let (targets, said) = force_and_another("N");
         let rows = [0, 1, 2, 3];
         let value = |at: usize, name: &str| {
             let (task, outcome) = (targets[at].task(), Outcome::new(&targets[at], &rows, said[at].clone()));
             Metric::named(&task, name).unwrap().of(&task, &outcome).unwrap()
         };
-        for name in ["mae", "rmse", "r2"] {
+        for name in ["mae", "rmse", "r2", "median_error", "p95_error", "relative_mae"] {
             let mean = (value(1, name) + value(2, name)) / 2.0;
             assert!((value(0, name) - mean).abs() < 1e-12 && value(1, name) != value(2, name), "{name}");
         }
@@ -414,13 +479,36 @@ mod tests {
         assert!(!outcome.is_about(&Targets::classes(&["a".to_string()], &[0; 4]), &rows));
     }
 
+    #[test]
+    fn errors_in_several_units_are_compared_as_shares_of_the_range() {
+        let (targets, said) = force_and_another("mm");
+        let (task, outcome) = (targets[0].task(), Outcome::new(&targets[0], &[0, 1, 2, 3], said[0].clone()));
+        let primary = Metric::primary(&task);
+        assert_eq!((primary.name, primary.unit_of(&task).as_deref()), ("relative_mae", Some("%")));
+        // A mean error of 0.5 N of 7.5 N, and of 1.75 mm of 15 mm.
+        let want = 100.0 * (0.5 / 7.5 + 1.75 / 15.0) / 2.0;
+        assert!((primary.of(&task, &outcome).unwrap() - want).abs() < 1e-9);
+        assert!((primary.pooled(&task, [&outcome]) - want).abs() < 1e-9);
+        assert!(Metric::named(&task, "mae").is_none(), "a mean of newtons and millimetres says nothing");
+        let unknown = ["a", "b"].map(|name| Quantity { name: name.into(), unit: None });
+        assert_eq!(Metric::primary(&Task::Values(unknown.to_vec())).name, "relative_mae");
+        assert_eq!(Metric::primary(&Task::Values(unknown[..1].to_vec())).name, "mae");
+    }
+
+    #[test]
+    fn the_size_that_most_errors_do_not_pass_is_that_of_numpy() {
+        // numpy.quantile([0.5, 2, 0, 1], [0.5, 0.95]).
+        let errors = [0.5, -2.0, 0.0, 1.0];
+        assert!((within(&errors, 0.5) - 0.75).abs() < 1e-12 && (within(&errors, 0.95) - 1.85).abs() < 1e-12);
+    }
+
     fn force_task() -> Task {
         Task::Values(force())
     }
 
     #[test]
     fn a_pooled_metric_is_that_of_all_samples_together() {
-        let (targets, said) = force_and_height();
+        let (targets, said) = force_and_another("N");
         let of_rows =
             |rows: &[usize]| Outcome::new(&targets[1], rows, rows.iter().map(|row| said[1][*row]).collect());
         let (task, all) = (targets[1].task(), of_rows(&[0, 1, 2, 3]));

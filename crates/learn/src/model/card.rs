@@ -13,7 +13,7 @@ use taxel_data::{SampleSpec, Source, Task};
 use taxel_graph::{Graph, Loss};
 use taxel_guard::Guard;
 
-use crate::certainty::Certainty;
+use crate::certainty::{Certainty, Intervals};
 use crate::encoding::Transform;
 use crate::metrics::{Levels, Metric, Scores, metrics};
 use crate::model::ranges::Ranges;
@@ -64,6 +64,9 @@ pub struct Card {
     /// How its probabilities are brought to what they say; none of values, and of a model that is not calibrated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub certainty: Option<Certainty>,
+    /// The intervals around its values; none of classes, and of a model without held-out predictions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub intervals: Option<Intervals>,
     /// BLAKE3 of the tensors in order of their names: name, shape, values.
     pub tensors: String,
 }
@@ -169,6 +172,8 @@ pub struct Score {
     pub interval: Option<[f64; 2]>,
 }
 
+/// Says that nothing is known of the errors of a model.
+const WITHOUT_INTERVALS: &str = "no intervals: how far off its values may be is not known";
 /// Says that nothing is known of the probabilities of a model.
 const NOT_CALIBRATED: &str = "not calibrated: its probabilities may be too high or too low";
 
@@ -213,10 +218,13 @@ impl fmt::Display for Card {
             Some(score) => score.words(&self.task),
         };
         line(f, "scored", score)?;
-        if !self.levels().sizes().is_empty() {
-            let words = self.certainty.as_ref().map_or(NOT_CALIBRATED.into(), ToString::to_string);
-            line(f, "certainty", words)?;
-        }
+        let words = match &self.task {
+            Task::Values(_) => self.intervals.as_ref().map_or(WITHOUT_INTERVALS.into(), ToString::to_string),
+            Task::Classes(_) | Task::Levels(_) => {
+                self.certainty.as_ref().map_or(NOT_CALIBRATED.into(), ToString::to_string)
+            }
+        };
+        line(f, "certainty", words)?;
         let commit = self.commit.as_ref().map_or(String::new(), |commit| format!(" at {commit}"));
         line(f, "written by", format!("taxel {}{commit}, format {}", self.taxel, self.format))
     }

@@ -6,6 +6,7 @@ use ndarray::{ArrayRef, IxDyn};
 use serde_json::{Value, json};
 use taxel_baselines::Method;
 use taxel_checkpoint::Cause;
+use taxel_data::Task;
 use taxel_graph::{Graph, Weights};
 
 use super::card::{Card, FORMAT, ModelKind, Quantized, TrainedOn, TrainingPart};
@@ -13,7 +14,7 @@ use super::digest::digest;
 use super::multiplied::multiplied;
 use super::predictions::Predictions;
 use super::predictor::Predictor;
-use crate::certainty::Certainty;
+use crate::certainty::{Certainty, Intervals};
 use crate::error::{Error, Result};
 use crate::estimator::baseline::FittedBaseline;
 use crate::problem::within;
@@ -124,6 +125,11 @@ impl Model {
     /// Returns the same model with a score that was measured elsewhere.
     pub fn with_score(self, score: Option<super::card::Score>) -> Self {
         Model { card: Card { score, ..self.card }, ..self }
+    }
+
+    /// Returns the same model with intervals around its values, or without any.
+    pub fn with_intervals(self, intervals: Option<Intervals>) -> Self {
+        Model { card: Card { intervals, format: FORMAT, ..self.card }, ..self }
     }
 
     /// Returns the same model with probabilities that say what they mean, or as the method answers by itself.
@@ -265,10 +271,14 @@ fn check_network(
     if let Err(error) = weights.check(graph) {
         return Err(format!("its tensors are not those of its network: {error}"));
     }
-    let outputs = card.task.outputs();
+    let each = match (&card.kind, &card.task) {
+        (ModelKind::Network { loss, .. }, Task::Values(_)) => loss.outputs_per_target(),
+        _ => 1,
+    };
+    let outputs = card.task.outputs() * each;
     let shape = graph.outputs().first().map_or(&[][..], |(_, id)| &graph.nodes()[*id].shape);
     if shape.iter().product::<usize>() != outputs {
-        return Err(format!("its network has outputs {shape:?}, its card names {outputs}"));
+        return Err(format!("its network has outputs {shape:?}, its card needs {outputs}"));
     }
     if let Some(reason) = card.quantized.as_ref().and_then(nonsense) {
         return Err(format!("its card does not hold together: {reason}"));

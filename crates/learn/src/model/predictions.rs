@@ -3,6 +3,7 @@
 use serde::Serialize;
 use taxel_data::{Attribute, Quantity, Task};
 
+use crate::certainty::Intervals;
 use crate::metrics::Levels;
 
 /// Predictions for `n` samples.
@@ -19,6 +20,11 @@ pub struct Predictions {
     /// learned, 0.01..1. None of a model without a gate.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub familiarity: Option<Vec<f32>>,
+    /// How far below and above its values the model expects the true ones, `[n, quantities, 2]`; empty where it says nothing of it.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub spread: Vec<f32>,
+    #[serde(skip)]
+    intervals: Option<Intervals>,
     samples: usize,
 }
 
@@ -40,7 +46,12 @@ impl Predictions {
             Task::Values(_) => vec![],
         };
         let samples = outputs.len() / task.outputs().max(1);
-        Predictions { task, outputs, labels, familiarity, samples }
+        Predictions { task, outputs, labels, familiarity, spread: vec![], intervals: None, samples }
+    }
+
+    /// Adds how far off values may be: the spread `[n, quantities, 2]` that the model states, and the intervals of its card.
+    pub(super) fn with_intervals(self, spread: Vec<f32>, intervals: Option<Intervals>) -> Self {
+        Predictions { spread, intervals, ..self }
     }
 
     /// Returns the number of samples.
@@ -66,6 +77,19 @@ impl Predictions {
     /// Returns the values of sample `i` with what they are; none of classes and levels.
     pub fn values(&self, i: usize) -> Vec<(&Quantity, f32)> {
         self.task.quantities().iter().zip(self.row(i).iter().copied()).collect()
+    }
+
+    /// Returns the intervals of the values of sample `i` that hold the true ones in `share` of samples, 0.8, 0.9, 0.95 or 0.99; none of
+    /// classes, and of a model without intervals of that share.
+    pub fn intervals(&self, i: usize, share: f64) -> Option<Vec<[f32; 2]>> {
+        let at = self.intervals.as_ref()?.at(share)?;
+        let width = self.width();
+        let ends = |(quantity, value): (usize, &f32)| {
+            let place = 2 * (i * width + quantity);
+            let around = self.spread.get(place..place + 2).map_or([1.0; 2], |around| [around[0], around[1]]);
+            at.ends(quantity, *value, around)
+        };
+        Some(self.row(i).iter().enumerate().map(ends).collect())
     }
 
     /// Returns the predictions for sample `i`, one per attribute; none of values.

@@ -13,6 +13,7 @@ use super::workspace::Workspace;
 use crate::certainty::{Seen, tempered};
 use crate::encoding::{Transform, mended};
 use crate::error::{Error, Result};
+use crate::metrics::{around, spread};
 
 /// Raw samples `[n, ..]`, whoever owns them.
 type RawSamples = ArrayRef<f32, IxDyn>;
@@ -29,6 +30,8 @@ pub struct Predictor {
     card: Card,
     guard: Option<Arc<Guard>>,
     outputs: usize,
+    /// Values that the model computes for one sample, of which the first `outputs` answer.
+    width: usize,
     /// Classes of each attribute; none of values.
     sizes: Vec<usize>,
     method: Box<dyn Ready>,
@@ -39,7 +42,8 @@ impl Predictor {
         let method = open(card, weights, batch, threads)?;
         let guard = card.guard.clone().map(Arc::new);
         let sizes = card.levels().sizes().to_vec();
-        Ok(Predictor { outputs: card.task.outputs(), sizes, card: card.clone(), guard, method })
+        let outputs = card.task.outputs();
+        Ok(Predictor { outputs, width: method.width(outputs), sizes, card: card.clone(), guard, method })
     }
 
     /// Returns the same predictor with another guard, or without one, whatever the model's card says.
@@ -134,7 +138,7 @@ impl Predictor {
         let encoders = inputs.iter().map(|input| input.transform.compile(&spec.shape, name));
         let memory = self.method.memory();
         let watch = self.guard.clone().map(Watch::new);
-        Ok(Workspace::new(watch, encoders.collect::<Result<_>>()?, memory, self.outputs))
+        Ok(Workspace::new(watch, encoders.collect::<Result<_>>()?, memory, [self.width, self.outputs]))
     }
 
     /// Probabilities of one raw reading, row-major, of the shape that the card states: those of [`Predictor::predict`],
@@ -192,10 +196,10 @@ impl Predictor {
 
     fn decide_at<'w>(&self, workspace: &'w mut Workspace, seen: f64) -> Result<&'w [f32]> {
         let Workspace { inputs, memory, logits, probabilities, .. } = workspace;
-        if logits.len() != self.outputs || !self.method.decide_one(inputs, memory, logits)? {
+        if logits.len() != self.width || !self.method.decide_one(inputs, memory, logits)? {
             return Err(self.refuse("the workspace is of another model".into()));
         }
-        probabilities.copy_from_slice(logits);
+        probabilities.copy_from_slice(&logits[..self.outputs]);
         self.method.finish(probabilities);
         self.temper(probabilities, seen);
         Ok(&workspace.probabilities)
@@ -208,6 +212,17 @@ impl Predictor {
         let gate = self.gate()?;
         let Workspace { logits, scratch, .. } = workspace;
         if logits.len() == self.outputs { gate.familiarity(logits, seen, scratch) } else { None }
+    }
+
+    /// Returns the interval of one quantity of the last sample of a workspace that holds the true value in `share` of samples, 0.8,
+    /// 0.9, 0.95 or 0.99. None of classes, and of a model without intervals of that share. Nothing is allocated.
+    pub fn interval(&self, workspace: &Workspace, quantity: usize, share: f64) -> Option<[f32; 2]> {
+        let at = self.card.intervals.as_ref()?.at(share)?;
+        let Workspace { logits, probabilities, .. } = workspace;
+        let value = *probabilities.get(quantity).filter(|_| logits.len() == self.width)?;
+        let loss = self.method.value_loss();
+        let around = loss.map_or([1.0; 2], |loss| around(loss, logits, self.outputs, quantity));
+        Some(at.ends(quantity, value, around))
     }
 
     /// Returns the gate of the card.
@@ -276,6 +291,9 @@ impl Predictor {
 
     /// Turns rows of logits into probabilities as sure as the card says, or into values.
     pub fn finished(&self, mut logits: Vec<f32>) -> Vec<f32> {
+        if self.width > self.outputs {
+            logits = logits.chunks_exact(self.width).flat_map(|row| &row[..self.outputs]).copied().collect();
+        }
         self.method.finish(&mut logits);
         self.temper(&mut logits, 1.0);
         logits
@@ -301,7 +319,9 @@ impl Predictor {
             rows.map(|row| gate.familiarity(row, 1.0, &mut scratch)).collect()
         };
         let familiarity = self.gate().and_then(&mut of_rows);
-        Ok(Predictions::new(self.card.task.clone(), self.finished(logits), familiarity))
+        let spread = self.method.value_loss().map_or(vec![], |loss| spread(loss, &logits, self.outputs));
+        let predictions = Predictions::new(self.card.task.clone(), self.finished(logits), familiarity);
+        Ok(predictions.with_intervals(spread, self.card.intervals.clone()))
     }
 
     /// Computes the logits `[n, outputs]` of raw samples `[n, ..]`, as [`Predictor::logits_encoded`] does.
@@ -314,7 +334,7 @@ impl Predictor {
         let each = (kept.len() / n).max(1);
         // Samples are read where they lie, and only some of them stand encoded at a time.
         let step = (PIECE / each).max(LEAST);
-        let mut logits = Vec::with_capacity(n * self.outputs);
+        let mut logits = Vec::with_capacity(n * self.width);
         for first in (0..n).step_by(step) {
             let piece = kept.slice_axis(Axis(0), Slice::from(first..(first + step).min(n)));
             let inputs = match self.encode_checked(&piece) {

@@ -6,6 +6,7 @@ use taxel_runtime::Observer;
 use super::card::{Card, Quantized};
 use super::file::Model;
 use super::multiplied::multiplied;
+use super::predictions::Predictions;
 use crate::error::{Error, Result};
 
 /// Samples that are looked at at most: the ranges of more hardly differ.
@@ -62,8 +63,12 @@ impl Model {
         // What was measured, was measured in floats.
         let card = Card { quantized: Some(quantized), score: None, certainty: None, ..card.clone() };
         let plain = Model::new(card, weights);
-        let Some(certainty) = self.card().certainty.clone() else { return Ok(plain) };
         let seen = x.select(Axis(0), &rows);
+        if let Some(intervals) = self.card().intervals.clone() {
+            let (own, wanted) = (plain.predict(&seen)?, self.predict(&seen)?);
+            return Ok(plain.with_intervals(Some(intervals.widened(&largest_changes(&own, &wanted)))));
+        }
+        let Some(certainty) = self.card().certainty.clone() else { return Ok(plain) };
         let (own, wanted) = (plain.predict(&seen)?.outputs, self.predict(&seen)?.outputs);
         let certainty = certainty.matched(&own, &wanted, self.card().levels().sizes());
         Ok(plain.with_certainty(Some(certainty)))
@@ -79,4 +84,18 @@ impl Model {
         let names = self.card().graph().filter(|_| self.card().quantized.is_some()).map(multiplied);
         names.is_some_and(|names| names.contains(&name))
     }
+}
+
+/// Returns the largest change of each quantity by rounding, in its unit; of a model that says how far off it may be, in that.
+fn largest_changes(rounded: &Predictions, answers: &Predictions) -> Vec<f64> {
+    let width = answers.width();
+    let largest = |quantity: usize| {
+        let of_row = |row: usize| {
+            let place = 2 * (row * width + quantity);
+            let around = rounded.spread.get(place..place + 2).map_or(1.0, |around| around[0].min(around[1]));
+            f64::from((rounded.row(row)[quantity] - answers.row(row)[quantity]).abs() / around)
+        };
+        (0..answers.len()).map(of_row).fold(0.0, f64::max)
+    };
+    (0..width).map(largest).collect()
 }

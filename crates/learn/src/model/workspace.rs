@@ -48,7 +48,7 @@ impl Workspace {
         watch: Option<Watch>,
         encoders: Vec<Compiled>,
         memory: ModelMemory,
-        outputs: usize,
+        [width, outputs]: [usize; 2],
     ) -> Self {
         let input = |encoder: &Compiled| vec![0.0; encoder.shape().iter().product()];
         let inputs = encoders.iter().map(input).collect();
@@ -56,7 +56,7 @@ impl Workspace {
             let reading = vec![0.0; watch.guard().shape().iter().product()];
             Mended { reading, watch }
         });
-        let (logits, probabilities) = (vec![0.0; outputs], vec![0.0; outputs]);
+        let (logits, probabilities) = (vec![0.0; width], vec![0.0; outputs]);
         Workspace {
             guard,
             encoders,

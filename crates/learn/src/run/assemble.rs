@@ -177,7 +177,7 @@ impl Outcomes {
                     all.labels[1].extend(predicted);
                     all.probabilities.extend(probabilities);
                 }
-                Outcome::Values { truth, predicted } => {
+                Outcome::Values { truth, predicted, .. } => {
                     all.values[0].extend(truth);
                     all.values[1].extend(predicted);
                 }

@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use rand::RngExt;
-use taxel_data::{Key, Labels, Task};
+use taxel_data::{Key, Task};
 use taxel_engine::{Engine, EngineOptions, Mode};
-use taxel_graph::{Graph, Halves, Op, Weights};
+use taxel_graph::{Graph, Halves, Op, Targets, Weights};
 
 use crate::encoding::{Encoded, Input};
 use crate::error::{Error, Result};
@@ -19,11 +19,22 @@ use crate::training::feature_cache::{CachedFeatures, halves, is_norm, predict_al
 use crate::training::feed::{Feed, TrainingPass, read_by};
 use crate::training::hooks::Hooks;
 use crate::training::objective::Objective;
+use crate::training::objective_of::objective;
 use crate::training::part::TrainingKey;
 use crate::training::recipe::{BatchNorm, Recipe};
 
 /// Test samples that are gathered at a time.
 const AT_ONCE: usize = 64;
+
+/// The answers of a trained network for some samples.
+pub(crate) struct Tested {
+    /// Probabilities or values `[n, outputs]`.
+    pub answers: Vec<f32>,
+    /// How far below and above them it expects the true values; empty where it says nothing of it.
+    pub spread: Vec<f32>,
+    /// Their mean loss.
+    pub loss: f64,
+}
 
 /// An engine with what it learns.
 pub(crate) struct Learner<'d> {
@@ -32,7 +43,6 @@ pub(crate) struct Learner<'d> {
     dropout: u64,
     recipe: Recipe,
     task: Task,
-    labels: &'d Labels,
     steps: usize,
     /// Samples of a batch.
     pub batch: usize,
@@ -40,7 +50,7 @@ pub(crate) struct Learner<'d> {
     pub has_norms: bool,
     /// Whether the batch-norm statistics are those that the recipe wants.
     pub settled: bool,
-    pub objective: Objective,
+    pub objective: Box<dyn Objective + 'd>,
     /// Of the whole network, or of what lies behind its frozen part.
     pub engine: Engine,
     /// All tensors as they were at first, where the engine has not all of them.
@@ -62,8 +72,8 @@ impl<'d> Learner<'d> {
         rows: &[usize],
     ) -> Result<Self> {
         let (graph, dataset) = (&network.graph, set.dataset);
-        let labels = dataset.labels()?;
-        let weights = first_weights(network, set.part, recipe)?;
+        let objective = objective(recipe, graph, dataset, rows);
+        let weights = first_weights(network, set.part, recipe, &*objective)?;
         let largest = rows.len().max(set.fold.test.len()).max(set.fold.validation.len());
         let batch = recipe.batch_size.min(largest).max(1);
         let options = EngineOptions {
@@ -94,12 +104,11 @@ impl<'d> Learner<'d> {
             dropout: taxel_base::seed::rng(set.part.seed, &purpose).random(),
             recipe: recipe.clone(),
             task: dataset.task(),
-            labels,
             steps: rows.len().div_ceil(batch),
             batch,
             has_norms,
             settled: recipe.batch_norm == BatchNorm::Running,
-            objective: Objective::new(recipe, labels, rows),
+            objective,
             engine,
             first,
             halves: halves.filter(predict_alike),
@@ -116,24 +125,21 @@ impl<'d> Learner<'d> {
         let order = self.set.part.shuffled(rows, epoch);
         let lr = self.recipe.rate(epoch);
         let occasion = format!("e{epoch}");
-        let (mut loss_sum, mut correct, mut seen) = (0.0, 0, 0);
+        let (mut loss_sum, mut score, mut seen) = (0.0, 0.0, 0);
         for (number, rows) in order.chunks(self.batch).enumerate() {
             if hooks.is_cancelled() {
                 return Ok(None);
             }
-            let labels = self.labels.of(rows);
             self.engine.set_dropout(self.dropout, (epoch * self.steps + number) as u64);
             let key = Key { seed, repetition, fold, epoch, sample: 0 };
             let augment = self.recipe.augment.as_ref().map(|augment| (augment, key));
             let pass = TrainingPass { occasion: &occasion, augment };
             let logits = self.feed.train(&mut self.engine, rows, pass)?;
-            correct += self.objective.correct(logits, &labels);
-            seen += labels.len();
+            let (sum, terms) = self.objective.score(logits, rows);
+            (score, seen) = (score + sum, seen + terms);
             let engine = &mut self.engine;
-            let taught = self.set.teacher.map(|teacher| (teacher, rows));
-            let loss = self
-                .objective
-                .backward(&labels, taught, |loss, targets| engine.backward_with(loss, targets))?;
+            let mut backward = |loss, targets: Targets| engine.backward_with(loss, targets);
+            let loss = self.objective.backward(rows, self.set.teacher, &mut backward)?;
             if !loss.is_finite() {
                 return Err(self.diverged(epoch, number, loss, lr));
             }
@@ -148,7 +154,7 @@ impl<'d> Learner<'d> {
             epoch,
             lr,
             train_loss: loss_sum / order.len().max(1) as f64,
-            train_score: 100.0 * correct as f64 / seen.max(1) as f64,
+            train_score: score / seen.max(1) as f64,
             validation_loss: None,
             validation_score: None,
         }))
@@ -188,19 +194,27 @@ impl<'d> Learner<'d> {
         Ok(true)
     }
 
-    /// Returns all parameters and statistics as they are now.
-    pub fn weights(&self) -> Weights {
-        let Some(first) = &self.first else { return self.engine.weights() };
-        let mut weights = first.clone();
-        self.engine.weights().iter().for_each(|(name, tensor)| weights.insert(name, tensor.clone()));
-        weights
+    /// Returns all parameters and statistics as they are now, as the model has them.
+    ///
+    /// # Errors
+    /// A network whose outputs cannot be brought to the unit of the targets.
+    pub fn weights(&self) -> Result<Weights> {
+        let weights = match &self.first {
+            None => self.engine.weights(),
+            Some(first) => {
+                let mut weights = first.clone();
+                self.engine.weights().iter().for_each(|(name, tensor)| weights.insert(name, tensor.clone()));
+                weights
+            }
+        };
+        self.objective.finished(&self.network.graph, weights)
     }
 
-    /// Logits of `rows` and their mean loss, of the network as its file will predict: frozen, with `weights`.
+    /// Computes answers for `rows` and their mean loss, of the network as its file will predict: frozen, with `weights`.
     ///
     /// # Errors
     /// An error of the runtime.
-    pub fn test(&mut self, weights: &Weights, rows: &[usize]) -> Result<(Vec<f32>, f64)> {
+    pub fn test(&mut self, weights: &Weights, rows: &[usize]) -> Result<Tested> {
         let responder = |graph, weights| Responder::new(graph, weights, None, self.batch, self.set.threads);
         let each = self.batch.max(AT_ONCE);
         let (responder, mut features) = match &self.halves {
@@ -218,8 +232,9 @@ impl<'d> Learner<'d> {
                 None => responder.predict(&self.feed.rows(rows), rows.len())?,
             });
         }
-        let loss = self.objective.value(&logits, &self.labels.of(rows));
-        Ok((logits, loss))
+        let loss = self.objective.test_loss(&logits, rows)?;
+        let spread = self.objective.spread_of_model(&logits);
+        Ok(Tested { answers: self.objective.answers_of_model(logits), spread, loss })
     }
 
     /// Returns the mean loss of `rows`, and each of `metrics` in its unit.
@@ -235,10 +250,10 @@ impl<'d> Learner<'d> {
         for rows in rows.chunks(self.batch) {
             logits.extend_from_slice(self.feed.forward(&mut self.engine, rows, Mode::Eval)?);
         }
-        let loss = self.objective.value(&logits, &self.labels.of(rows));
-        let mut scores = [0.0; N];
+        let loss = self.objective.loss(&logits, rows);
+        let (answers, mut scores) = (self.objective.answers(logits), [0.0; N]);
         for (score, metric) in scores.iter_mut().zip(metrics) {
-            *score = self.score(metric, logits.clone(), rows)?;
+            *score = self.score(metric, answers.clone(), rows)?;
         }
         Ok((loss, scores))
     }
@@ -248,16 +263,15 @@ impl<'d> Learner<'d> {
     /// # Errors
     /// An error of the runtime.
     pub fn test_scores(&mut self, rows: &[usize]) -> Result<(f64, f64)> {
-        let (logits, loss) = self.test(&self.weights(), rows)?;
-        Ok((loss, self.score(Metric::primary(&self.task), logits, rows)?))
+        let Tested { answers, loss, .. } = self.test(&self.weights()?, rows)?;
+        Ok((loss, self.score(Metric::primary(&self.task), answers, rows)?))
     }
 
-    fn score(&self, metric: &Metric, mut outputs: Vec<f32>, rows: &[usize]) -> Result<f64> {
+    fn score(&self, metric: &Metric, answers: Vec<f32>, rows: &[usize]) -> Result<f64> {
         if rows.is_empty() {
             return Ok(0.0);
         }
-        self.objective.probabilities(&mut outputs);
-        let outcome = Outcome::new(&self.set.dataset.targets, rows, outputs);
+        let outcome = Outcome::new(&self.set.dataset.targets, rows, answers);
         Ok(match metric.terms(&self.task, &outcome) {
             Some(terms) => metric.unit.scale() * terms.iter().sum::<f64>() / terms.len() as f64,
             None => metric.of(&self.task, &outcome)?,
@@ -278,12 +292,20 @@ impl<'d> Learner<'d> {
 }
 
 /// Returns the weights that training starts from.
-fn first_weights(network: &Trainable, part: TrainingKey, recipe: &Recipe) -> Result<Weights> {
+fn first_weights(
+    network: &Trainable,
+    part: TrainingKey,
+    recipe: &Recipe,
+    objective: &dyn Objective,
+) -> Result<Weights> {
     let graph = &network.graph;
     let purpose = part.purpose(&format!("init/{}", graph.name()));
     let mut weights = Weights::init(graph, recipe.init, part.seed, &purpose);
     if let Some(start) = network.start.as_deref() {
-        weights.start_from(graph, start, false).map_err(taxel_engine::Error::from)?;
+        let drawn = weights.start_from(graph, start, false).map_err(taxel_engine::Error::from)?;
+        if drawn.is_empty() {
+            weights = objective.begun(graph, weights)?;
+        }
     }
     Ok(weights)
 }

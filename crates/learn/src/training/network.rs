@@ -16,7 +16,7 @@ use crate::run::records::OtherStatistics;
 use crate::training::epoch::Epoch;
 use crate::training::feature_cache::halves;
 use crate::training::hooks::Hooks;
-use crate::training::learner::Learner;
+use crate::training::learner::{Learner, Tested};
 use crate::training::part::TrainingKey;
 use crate::training::recipe::{BatchNorm, Recipe};
 use crate::training::session::{Best, Session};
@@ -48,6 +48,8 @@ pub(crate) struct TrainedNetwork {
     pub diverged: bool,
     /// Outputs `[test samples, outputs]`, in the order of the fold.
     pub outputs: Vec<f32>,
+    /// How far below and above them it expects the true values; empty where it says nothing of it.
+    pub spread: Vec<f32>,
     /// Mean loss over the test samples.
     pub test_loss: f64,
     /// The same weights with the other kind of batch-norm statistics.
@@ -128,12 +130,11 @@ impl Training<'_> {
             return Ok(None);
         }
         let train_seconds = hooks.saver.seconds() - aside;
-        let weights = learner.weights();
+        let weights = learner.weights()?;
         let start = Instant::now();
-        let (mut probabilities, test_loss) = learner.test(&weights, test)?;
+        let Tested { answers: outputs, spread, loss: test_loss } = learner.test(&weights, test)?;
         let test_seconds = start.elapsed().as_secs_f64();
-        learner.objective.probabilities(&mut probabilities);
-        if let Some(&bad) = probabilities.iter().find(|p| !p.is_finite()) {
+        if let Some(&bad) = outputs.iter().find(|p| !p.is_finite()) {
             return Err(learner.diverged_at_the_end(bad));
         }
         if recipe.batch_norm == BatchNorm::Running && learner.has_norms {
@@ -153,7 +154,8 @@ impl Training<'_> {
             chosen: None,
             best_epoch: None,
             diverged: false,
-            outputs: probabilities,
+            outputs,
+            spread,
             test_loss,
             other_statistics,
             train_seconds,
@@ -202,14 +204,17 @@ impl Training<'_> {
 
     /// Tries every recipe that is left open; the best one.
     fn choose(&self, session: &mut Session, hooks: &mut Hooks) -> Result<Option<(Recipe, Option<Chosen>)>> {
-        let Some(search) = &self.network.search else { return Ok(Some((self.network.recipe.clone(), None))) };
-        let metric = search.by.metric("choose.by", &self.set.dataset.task())?;
+        let task = self.set.dataset.task();
+        let Some(search) = &self.network.search else {
+            return Ok(Some((self.network.recipe.for_task(&task), None)));
+        };
+        let metric = search.by.metric("choose.by", &task)?;
         let (rows, validation) = self.parts(search.validation, "choose", "choose.validation")?;
         while session.state.trials.len() < search.grid.len() {
             let tried = &search.grid[session.state.trials.len()];
             // Early stopping sees the same part: it, too, is never tested on.
             let stopping = if tried.recipe.early_stopping.is_some() { validation.as_slice() } else { &[] };
-            let scores = match self.fit(&tried.recipe, &rows, stopping, session, hooks) {
+            let scores = match self.fit(&tried.recipe.for_task(&task), &rows, stopping, session, hooks) {
                 Ok(None) => return Ok(None),
                 Ok(Some(mut learner)) => {
                     if !learner.settle(&rows, hooks)? {
@@ -242,7 +247,7 @@ impl Training<'_> {
                 trials: trials.len(),
             });
         };
-        let recipe = search.grid[best].recipe.clone();
+        let recipe = search.grid[best].recipe.for_task(&task);
         Ok(Some((recipe, Some(Chosen { set: trials[best].set.clone(), trials }))))
     }
 

@@ -1,312 +1,69 @@
 //! The objective of a training: a loss with its targets, and how outputs are read.
 
-use taxel_data::Labels;
-use taxel_graph::{Loss, Targets};
+use taxel_graph::{Graph, Loss, Targets, Weights};
 
-use crate::metrics::{Levels, softmax};
-use crate::training::recipe::{ClassWeights, Recipe};
+use crate::error::Result;
 use crate::training::teacher::Teacher;
 
-/// How far above the loss of outputs that are all 0 (equal shares for every class) a training has diverged. A
-/// network that learns nothing stays near 1, one that guesses too boldly below 3.
+/// How far above the loss of a network that knows nothing a training has diverged. A network that learns nothing stays near 1,
+/// one that guesses too boldly below 3.
 const DIVERGED: f64 = 10.0;
 
+/// Runs the backward pass for a loss with its targets, and returns the loss.
+pub(crate) type Backward<'b> = &'b mut dyn FnMut(Loss, Targets) -> taxel_engine::Result<f32>;
+
+/// Predictions of a teacher for the rows of a batch.
+pub(crate) type Taught<'t> = Option<&'t Teacher>;
+
 /// A loss with its targets, and how outputs are read.
-pub(crate) struct Objective {
-    loss: Loss,
-    levels: Levels,
-    smoothing: f64,
-    /// Per class, their mean over the training samples is 1.
-    weights: Option<Vec<f64>>,
-}
+pub(crate) trait Objective {
+    /// Runs `backward` for the targets of a batch, of which a teacher's predictions are part, and returns the loss.
+    ///
+    /// # Errors
+    /// An error of the engine.
+    fn backward(&self, rows: &[usize], taught: Taught, backward: Backward) -> taxel_engine::Result<f32>;
 
-impl Objective {
-    /// Makes the objective of `recipe` on the training samples `rows`.
-    pub fn new(recipe: &Recipe, labels: &Labels, rows: &[usize]) -> Self {
-        Self::of(recipe, Levels::new(&labels.sizes()), &labels.of(rows))
+    /// Computes the mean loss of the outputs of the engine in evaluation: without smoothing and weights, so that different
+    /// trainings compare.
+    fn loss(&self, outputs: &[f32], rows: &[usize]) -> f64;
+
+    /// Computes the loss of knowing nothing.
+    fn idle(&self) -> f64;
+
+    /// Returns the sum over samples of what the primary metric counts, in its unit, and the number of terms.
+    fn score(&self, outputs: &[f32], rows: &[usize]) -> (f64, usize);
+
+    /// Turns the outputs of the engine into answers: probabilities, or values in their unit.
+    fn answers(&self, outputs: Vec<f32>) -> Vec<f32>;
+
+    /// Turns trained weights into those of the model, whose outputs are in the unit of the targets.
+    ///
+    /// # Errors
+    /// A network that ends in no layer that can be moved so.
+    fn finished(&self, graph: &Graph, weights: Weights) -> Result<Weights>;
+
+    /// Turns weights of a model into those that training goes on from.
+    ///
+    /// # Errors
+    /// As [`Objective::finished`].
+    fn begun(&self, graph: &Graph, weights: Weights) -> Result<Weights>;
+
+    /// Turns the outputs of a finished model into answers.
+    fn answers_of_model(&self, outputs: Vec<f32>) -> Vec<f32>;
+
+    /// Returns how far below and above its answers a finished model expects the true values; empty where it says nothing of it.
+    fn spread_of_model(&self, _outputs: &[f32]) -> Vec<f32> {
+        vec![]
     }
 
-    /// Makes the same objective of the labels `seen` themselves.
-    fn of(recipe: &Recipe, levels: Levels, seen: &[u32]) -> Self {
-        let outputs = levels.outputs();
-        let balanced = || {
-            let mut counts = vec![0.0f64; outputs];
-            seen.iter().for_each(|&label| counts[label as usize] += 1.0);
-            let present = counts.iter().filter(|n| **n > 0.0).count() as f64;
-            let weight = |n: &f64| if *n > 0.0 { seen.len() as f64 / (present * n) } else { 0.0 };
-            counts.iter().map(weight).collect()
-        };
-        Objective {
-            loss: recipe.loss,
-            smoothing: recipe.label_smoothing,
-            weights: (recipe.class_weights == ClassWeights::Balanced).then(balanced),
-            levels,
-        }
-    }
+    /// Computes the mean loss over test samples of the outputs of a finished model.
+    ///
+    /// # Errors
+    /// Outputs that do not fit.
+    fn test_loss(&self, outputs: &[f32], rows: &[usize]) -> Result<f64>;
 
-    /// Loss of a batch's labels, and the gradients, by `backward`. Of a batch that is `taught` the predictions of the
-    /// teacher to its rows are part of the targets.
-    pub fn backward<T>(
-        &self,
-        labels: &[u32],
-        taught: Option<(&Teacher, &[usize])>,
-        backward: impl FnOnce(Loss, Targets) -> T,
-    ) -> T {
-        let soft = self.smoothing > 0.0 || self.weights.is_some();
-        if self.loss == Loss::SoftmaxCrossEntropy && !soft && taught.is_none() {
-            return backward(self.loss, Targets::Labels(labels));
-        }
-        let mut targets = self.levels.targets(labels);
-        if soft {
-            self.soften(labels, &mut targets);
-        }
-        if let Some((teacher, rows)) = taught {
-            teacher.teach(rows, &mut targets);
-        }
-        backward(self.loss, Targets::Values(&targets))
-    }
-
-    /// Changes targets into those of `torch.nn.CrossEntropyLoss(weight=.., label_smoothing=..)`: PyTorch divides by
-    /// the weights of the batch's labels, the engine by the number of samples.
-    fn soften(&self, labels: &[u32], targets: &mut [f32]) {
-        let classes = self.levels.outputs();
-        let weight = |class: usize| self.weights.as_ref().map_or(1.0, |weights| weights[class]);
-        let whole: f64 = labels.iter().map(|&label| weight(label as usize)).sum();
-        let share = labels.len() as f64 / whole.max(f64::MIN_POSITIVE);
-        for row in targets.chunks_exact_mut(classes) {
-            for (class, target) in row.iter_mut().enumerate() {
-                let smooth = (1.0 - self.smoothing) * f64::from(*target) + self.smoothing / classes as f64;
-                *target = (smooth * weight(class) * share) as f32;
-            }
-        }
-    }
-
-    /// Computes the mean loss of logits `[n, outputs]` in evaluation: without smoothing and weights, so that
-    /// different trainings compare.
-    pub fn value(&self, logits: &[f32], labels: &[u32]) -> f64 {
-        let outputs = self.levels.outputs();
-        let targets = self.levels.targets(labels);
-        let softplus = |v: f64| v.max(0.0) + (-v.abs()).exp().ln_1p();
-        let term = |(row, targets): (&[f32], &[f32])| -> f64 {
-            let pairs = || row.iter().zip(targets).map(|(x, t)| (f64::from(*x), f64::from(*t)));
-            match self.loss {
-                Loss::SoftmaxCrossEntropy => {
-                    let most = pairs().map(|(x, _)| x).fold(f64::NEG_INFINITY, f64::max);
-                    let sum: f64 = pairs().map(|(x, _)| (x - most).exp()).sum();
-                    pairs().map(|(x, t)| t * (sum.ln() + most - x)).sum()
-                }
-                Loss::MultiLabelSoftMargin => {
-                    pairs().map(|(x, t)| softplus(x) - x * t).sum::<f64>() / outputs as f64
-                }
-                Loss::Hinge => {
-                    let missing = pairs().map(|(x, t)| 1.0 - (2.0 * t - 1.0) * x);
-                    // Not `max`, which would hide NaN.
-                    missing.map(|v| if v <= 0.0 { 0.0 } else { v }).sum::<f64>() / outputs as f64
-                }
-                Loss::MeanSquaredError => pairs().map(|(x, t)| (x - t).powi(2)).sum::<f64>() / outputs as f64,
-            }
-        };
-        let rows = logits.chunks_exact(outputs).zip(targets.chunks_exact(outputs));
-        rows.map(term).sum::<f64>() / (logits.len() / outputs).max(1) as f64
-    }
-
-    /// Checks whether a mean training loss is far above what knowing nothing costs: [`DIVERGED`] times that of
-    /// outputs that are all 0, or not finite.
-    pub fn is_diverged(&self, loss: f64) -> bool {
-        let labels = vec![0; self.levels.sizes().len()];
-        let idle = self.value(&vec![0.0; self.levels.outputs()], &labels);
-        !loss.is_finite() || loss > DIVERGED * idle
-    }
-
-    /// Counts the labels that `outputs` (logits or probabilities) get right.
-    pub fn correct(&self, outputs: &[f32], labels: &[u32]) -> usize {
-        self.levels.predicted(outputs).iter().zip(labels).filter(|(a, b)| a == b).count()
-    }
-
-    /// Turns logits into the [`probabilities`] of this loss.
-    pub fn probabilities(&self, logits: &mut [f32]) {
-        probabilities(self.loss, self.levels.outputs(), logits);
-    }
-}
-
-/// Logits `[n, outputs]` to probabilities, in place: softmax of one class, a sigmoid per output for several
-/// attributes and for the hinge loss, and for the squared error the outputs themselves, cut at 0 and 1.
-pub(crate) fn probabilities(loss: Loss, outputs: usize, logits: &mut [f32]) {
-    match loss {
-        Loss::SoftmaxCrossEntropy => softmax(logits, outputs),
-        Loss::MultiLabelSoftMargin | Loss::Hinge => {
-            logits.iter_mut().for_each(|v| *v = 1.0 / (1.0 + (-*v).exp()))
-        }
-        // NaN stays NaN.
-        Loss::MeanSquaredError => logits.iter_mut().for_each(|v| *v = v.clamp(0.0, 1.0)),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    #![allow(clippy::unwrap_used)]
-
-    use serde_json::Value;
-    use taxel_engine::{Engine, EngineOptions, Mode};
-    use taxel_graph::{Network, Scheme, Tensor, Weights};
-
-    use super::*;
-    use crate::training::schedule::Schedule;
-
-    fn fixture() -> Value {
-        serde_json::from_str(include_str!("../../tests/data/objective.json")).unwrap()
-    }
-
-    fn singles(value: &Value) -> Vec<f32> {
-        value.as_array().unwrap().iter().map(|v| v.as_f64().unwrap() as f32).collect()
-    }
-
-    fn numbers(value: &Value) -> Vec<u32> {
-        value.as_array().unwrap().iter().map(|v| v.as_u64().unwrap() as u32).collect()
-    }
-
-    /// Loss by the engine, and the gradient of the logits summed over the batch: the bias's of a linear
-    /// layer that is the identity.
-    fn by_engine(objective: &Objective, logits: &[f32], labels: &[u32]) -> (f32, Vec<f32>) {
-        let outputs = objective.levels.outputs();
-        let net = Network::new("identity");
-        let flow = net.input("signal", &[1, outputs]).flatten().linear("fc", outputs);
-        let graph = net.finish(&[("logits", flow)]).unwrap();
-        let mut weights = Weights::init(&graph, Scheme::Pytorch, 0, "identity");
-        let eye = (0..outputs * outputs).map(|i| f32::from(u8::from(i % (outputs + 1) == 0))).collect();
-        weights.insert("fc.weight", Tensor { shape: vec![outputs, outputs], data: eye });
-        weights.insert("fc.bias", Tensor { shape: vec![outputs], data: vec![0.0; outputs] });
-        let n = logits.len() / outputs;
-        let options = EngineOptions { batch: n, ..EngineOptions::default() };
-        let mut engine = Engine::new(&graph, &weights, options).unwrap();
-        engine.forward(&[logits], n, Mode::Train).unwrap();
-        let loss =
-            objective.backward(labels, None, |loss, targets| engine.backward_with(loss, targets)).unwrap();
-        (loss, engine.gradients().get("fc.bias").unwrap().data.clone())
-    }
-
-    fn assert_twin(objective: &Objective, case: &Value) {
-        let (logits, labels) = (singles(&case["logits"]), numbers(&case["labels"]));
-        let (loss, gradient) = by_engine(objective, &logits, &labels);
-        let want = case["loss"].as_f64().unwrap();
-        assert!((f64::from(loss) - want).abs() <= 1e-6 * want.abs(), "{loss} and {want}");
-        let mut sums = vec![0.0; gradient.len()];
-        for row in singles(&case["gradient"]).chunks(gradient.len()) {
-            sums.iter_mut().zip(row).for_each(|(sum, v)| *sum += v);
-        }
-        for (got, want) in gradient.iter().zip(&sums) {
-            assert!((got - want).abs() <= 2e-6, "{gradient:?} and {sums:?}");
-        }
-    }
-
-    #[test]
-    fn weighted_and_smoothed_losses_agree_with_pytorch() {
-        for case in fixture()["entropy"].as_array().unwrap() {
-            let classes = case["classes"].as_u64().unwrap() as usize;
-            let balanced = case["balanced"] == true;
-            let recipe = Recipe {
-                label_smoothing: case["smoothing"].as_f64().unwrap(),
-                class_weights: if balanced { ClassWeights::Balanced } else { ClassWeights::None },
-                ..Recipe::default()
-            };
-            let objective = Objective::of(&recipe, Levels::new(&[classes]), &numbers(&case["seen"]));
-            assert_twin(&objective, case);
-            let value = objective.value(&singles(&case["logits"]), &numbers(&case["labels"]));
-            assert!((value - case["plain"].as_f64().unwrap()).abs() <= 1e-6, "{value}");
-        }
-    }
-
-    #[test]
-    fn multi_label_loss_agrees_with_pytorch() {
-        let case = &fixture()["margin"];
-        let recipe = Recipe { loss: Loss::MultiLabelSoftMargin, ..Recipe::default() };
-        let sizes: Vec<usize> = numbers(&case["sizes"]).iter().map(|n| *n as usize).collect();
-        let objective = Objective::of(&recipe, Levels::new(&sizes), &[]);
-        assert_twin(&objective, case);
-        let value = objective.value(&singles(&case["logits"]), &numbers(&case["labels"]));
-        assert!((value - case["loss"].as_f64().unwrap()).abs() <= 1e-6, "{value}");
-    }
-
-    fn hinge() -> (Objective, Value) {
-        let case: Value = serde_json::from_str(include_str!("../../tests/data/hinge.json")).unwrap();
-        let recipe = Recipe { loss: Loss::Hinge, ..Recipe::default() };
-        let classes = case["classes"].as_u64().unwrap() as usize;
-        (Objective::of(&recipe, Levels::new(&[classes]), &[]), case)
-    }
-
-    #[test]
-    fn hinge_loss_agrees_with_scikit_learn_and_its_gradient_with_differences() {
-        let (objective, case) = hinge();
-        let (scores, labels) = (singles(&case["scores"]), numbers(&case["labels"]));
-        let want = case["loss"].as_f64().unwrap();
-        let (loss, gradient) = by_engine(&objective, &scores, &labels);
-        assert!((f64::from(loss) - want).abs() <= 1e-6, "{loss} and {want}");
-        assert!((objective.value(&scores, &labels) - want).abs() <= 1e-6);
-        for (class, got) in gradient.iter().enumerate() {
-            let moved = |by: f32| {
-                let mut moved_scores = scores.clone();
-                moved_scores.iter_mut().skip(class).step_by(gradient.len()).for_each(|score| *score += by);
-                objective.value(&moved_scores, &labels)
-            };
-            let want = (moved(1e-4) - moved(-1e-4)) / 2e-4;
-            assert!((f64::from(*got) - want).abs() <= 1e-4, "class {class}: {got} and {want}");
-        }
-    }
-
-    #[test]
-    fn a_last_layer_with_hinge_loss_and_a_penalty_becomes_a_linear_support_vector_machine() {
-        let (objective, case) = hinge();
-        let (x, labels) = (singles(&case["x"]), numbers(&case["labels"]));
-        let (n, classes) = (labels.len(), objective.levels.outputs());
-        let features = x.len() / n;
-        let net = Network::new("machine");
-        let flow = net.input("features", &[1, features]).flatten().linear("fc", classes);
-        let graph = net.finish(&[("logits", flow)]).unwrap();
-        let weights = Weights::init(&graph, Scheme::Pytorch, 0, "machine");
-        let mut engine =
-            Engine::new(&graph, &weights, EngineOptions { batch: n, ..EngineOptions::default() }).unwrap();
-        let weight_decay = case["l2"].as_f64().unwrap() as f32;
-        let mut loss = 0.0;
-        for step in 0..4000 {
-            engine.forward(&[&x], n, Mode::Train).unwrap();
-            loss = objective
-                .backward(&labels, None, |loss, targets| engine.backward_with(loss, targets))
-                .unwrap();
-            // 1 over penalty and step, as Pegasos has it.
-            let lr = 1.0 / (weight_decay * (200 + step) as f32);
-            engine.sgdm(&taxel_engine::Sgdm { lr, momentum: 0.0, weight_decay });
-        }
-        let trained = engine.weights();
-        let all = ["fc.weight", "fc.bias"].map(|name| trained.get(name).unwrap().data.clone()).concat();
-        let squares: f64 = all.iter().map(|v| f64::from(*v).powi(2)).sum();
-        let (got, least) =
-            (f64::from(loss) + f64::from(weight_decay) / 2.0 * squares, case["least"].as_f64().unwrap());
-        assert!(got >= least - 1e-6 && got <= least * 1.001, "{got} and {least}");
-        let best = [singles(&case["weights"]), singles(&case["biases"])].concat();
-        let apart: f32 = all.iter().zip(&best).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
-        assert!(apart <= 0.03, "{all:?} and {best:?}");
-    }
-
-    #[test]
-    fn a_warm_up_before_the_cosine_agrees_with_pytorch() {
-        let optimizer = serde_json::from_str(r#"{ "name": "sgdm", "lr": 0.1 }"#).unwrap();
-        let schedule = Schedule::Cosine { floor: 0.0 };
-        let recipe = Recipe { epochs: 12, optimizer, schedule, warm_up: 0.25, ..Recipe::default() };
-        for (epoch, want) in fixture()["warm_up"].as_array().unwrap().iter().enumerate() {
-            let (got, want) = (recipe.rate(epoch), want.as_f64().unwrap());
-            assert!((got - want).abs() <= 1e-12, "epoch {epoch}: {got} and {want}");
-        }
-    }
-
-    #[test]
-    fn schedules_agree_with_pytorch() {
-        let cosine = Schedule::Cosine { floor: 0.05 };
-        let steps = Schedule::Steps { at: vec![0.5, 0.75], factor: 0.3 };
-        for (name, schedule) in [("cosine", cosine), ("steps", steps)] {
-            for (epoch, want) in fixture()[name].as_array().unwrap().iter().enumerate() {
-                let (got, want) = (schedule.rate(0.1, epoch, 12), want.as_f64().unwrap());
-                assert!((got - want).abs() <= 1e-12, "{name}, epoch {epoch}: {got} and {want}");
-            }
-        }
+    /// Checks whether a mean training loss is far above what knowing nothing costs: [`DIVERGED`] times that, or not finite.
+    fn is_diverged(&self, loss: f64) -> bool {
+        !loss.is_finite() || loss > DIVERGED * self.idle()
     }
 }

@@ -155,9 +155,11 @@ pub struct Recipe {
     /// number.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub least_batches: Option<usize>,
-    /// `softmax-cross-entropy` (default), or for several attributes `multi-label-soft-margin` (Zhang et al. 2022,
-    /// Eq. 7) or `mean-squared-error`. `hinge` with an L2 penalty makes the last layer a linear support vector machine.
-    pub loss: Loss,
+    /// Of classes `softmax-cross-entropy` (default), of several attributes `multi-label-soft-margin` (default; Zhang et al. 2022,
+    /// Eq. 7), of both `mean-squared-error` and `hinge`, which with an L2 penalty makes the last layer a linear support vector
+    /// machine. Of values `huber` (default), `mean-squared-error`, `gaussian-likelihood` or `quantiles`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub loss: Option<Loss>,
     /// The optimiser.
     pub optimizer: Optimizer,
     /// How the learning rate changes over the epochs.
@@ -200,7 +202,7 @@ impl Default for Recipe {
             batch_size: 64,
             least_steps: None,
             least_batches: None,
-            loss: Loss::default(),
+            loss: None,
             optimizer: Optimizer::default(),
             schedule: Schedule::default(),
             warm_up: 0.0,
@@ -234,6 +236,25 @@ impl Recipe {
             recipe.epochs = recipe.epochs.max(steps.div_ceil(per_epoch));
         }
         recipe
+    }
+
+    /// Returns the loss that it trains `task` with: its own, or the default of the task.
+    pub fn loss_for(&self, task: &Task) -> Loss {
+        self.loss.unwrap_or(match task {
+            Task::Classes(_) => Loss::SoftmaxCrossEntropy,
+            Task::Levels(_) => Loss::MultiLabelSoftMargin,
+            Task::Values(_) => Loss::Huber,
+        })
+    }
+
+    /// Returns the number of outputs that learn one quantity of `task`; 1 of classes and levels.
+    pub fn outputs_per_target(&self, task: &Task) -> usize {
+        self.loss_for(task).outputs_per_target()
+    }
+
+    /// Returns the recipe with the loss of `task` said.
+    pub fn for_task(&self, task: &Task) -> Recipe {
+        Recipe { loss: Some(self.loss_for(task)), ..self.clone() }
     }
 
     /// Returns the learning rate of `epoch`, from 0.
@@ -287,7 +308,7 @@ impl Recipe {
     fn check_targets(&self) -> Check {
         let smoothing = self.label_smoothing;
         require((0.0..1.0).contains(&smoothing), "label_smoothing", smoothing, "must be in [0, 1)")?;
-        if self.loss == Loss::SoftmaxCrossEntropy {
+        if self.loss.is_none_or(|loss| loss == Loss::SoftmaxCrossEntropy) {
             return Ok(());
         }
         let reason = "works with loss = \"softmax-cross-entropy\" only; leave it out";

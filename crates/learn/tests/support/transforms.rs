@@ -4,8 +4,8 @@ use ndarray::ArrayD;
 use taxel_base::Layout;
 use taxel_encodings::numatac::Offset;
 use taxel_encodings::{
-    Colormap, Converter, ElectrodeImage, Filter, Gaf, HardnessImage, NumaTac, OneFrame, QuantileCode, Range,
-    Reduction, Resize, Scaling, TactileTensor,
+    Colormap, Converter, ElectrodeImage, Filter, Gaf, HardnessImage, History, NumaTac, OneFrame,
+    QuantileCode, Range, Reduction, Resize, Scaling, TactileTensor,
 };
 use taxel_learn::Transform;
 use taxel_learn::encoding::Rocket;
@@ -33,6 +33,12 @@ fn code() -> Transform {
 fn rocket() -> Transform {
     let x = samples(&[2, 30]).into_dimensionality().unwrap();
     Transform::Rocket(Box::new(Rocket::new(170).fit(x.view(), "samples").unwrap()))
+}
+
+/// The last reading of each channel and its differences to earlier ones.
+fn history(channels: usize) -> Transform {
+    let then = Box::new(Transform::Signal(z_score(7 * channels)));
+    Transform::History { history: History::default(), then }
 }
 
 fn picture(frame: Option<OneFrame>, red: bool, resize: Option<[usize; 2]>, channels: usize) -> Transform {
@@ -72,6 +78,8 @@ pub fn transforms() -> Vec<(Transform, Vec<usize>)> {
         (Transform::Signal(z_score(1)), vec![9]),
         (Transform::Signal(z_score(5)), vec![5, 50]),
         (Transform::Signal(Scaling::FullScale { full_scale: 1023.0 }), vec![3, 7]),
+        (history(5), vec![5, 34]),
+        (after(3, history(2)), vec![2, 40]),
         (Transform::Rows(z_score(4)), vec![4, 11]),
         (code(), vec![2, 30]),
         (after(4, code()), vec![2, 30]),
