@@ -112,6 +112,11 @@ pub struct ReadOptions {
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME,NAME"))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub y: Option<TargetNames>,
+    /// Names of the quantities that are learned, in the order of the columns of y, each with its unit at the end:
+    /// x_mm,y_mm [default: the names of the arrays or columns].
+    #[cfg_attr(feature = "clap", arg(long, value_name = "NAME,NAME"))]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub quantities: Option<TargetNames>,
     /// The kind of the targets: classes or values [default: floats are values, whole numbers and texts are classes].
     #[cfg_attr(feature = "clap", arg(long, value_enum, value_name = "KIND"))]
     #[serde(skip_serializing_if = "Option::is_none")]

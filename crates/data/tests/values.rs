@@ -16,10 +16,9 @@ use tempfile::tempdir;
 /// Presses of so many newtons.
 fn presses(forces: &[f32]) -> Dataset {
     let x = ArrayD::from_shape_fn(vec![forces.len(), 1, 3], |at| forces[at[0]] * (at[2] + 1) as f32);
-    let mut dataset = Dataset::new("skin", Layout::Series, x, &vec![0; forces.len()]).unwrap();
+    let dataset = Dataset::new("skin", Layout::Series, x, &vec![0; forces.len()]).unwrap();
     let force = Quantity { name: "force".into(), unit: Some("N".into()) };
-    dataset.targets = Targets::Values(Values::new(vec![force], forces.to_vec()));
-    dataset
+    dataset.with_values(vec![force], forces.to_vec()).unwrap()
 }
 
 #[test]
@@ -29,7 +28,7 @@ fn values_are_saved_and_read_back_with_name_and_unit() {
     let saved = presses(&[0.5, 1.25, 2.0, 7.5]);
     saved.save(&path).unwrap();
     let read = load(&path, &ReadOptions::default()).unwrap();
-    assert_eq!((&read.targets, &read.x), (&saved.targets, &saved.x));
+    assert_eq!((&read.targets, &read.x, &read.digest), (&saved.targets, &saved.x, &saved.digest));
     assert_eq!(read.output_names(), ["force"]);
     let card = check(&path).unwrap();
     assert!(card.problems.is_empty(), "{:?}", card.problems);
@@ -45,6 +44,20 @@ fn named_quantities_are_values_whatever_they_hold() {
     saved.targets = Targets::Values(Values::new(fingers.to_vec(), vec![0.0, 1.0, 1.0, 0.0, 0.0, 1.0]));
     saved.save(&path).unwrap();
     assert_eq!(load(&path, &ReadOptions::default()).unwrap().targets, saved.targets);
+}
+
+#[test]
+fn values_in_memory_are_one_of_each_quantity_per_sample() {
+    let refuse = |names: &[&str], values: &[f32]| {
+        let quantities = names.iter().map(|name| Quantity { name: (*name).into(), unit: None }).collect();
+        presses(&[1.0, 2.0]).with_values(quantities, values.to_vec()).unwrap_err().to_string()
+    };
+    assert_eq!(refuse(&["a"], &[1.0]), "skin: values has 1 entries but x has 2 samples; one per sample");
+    assert_eq!(refuse(&["a", "b"], &[1.0, 2.0, 3.0]), "skin: 3 values are no rows of 2 quantities");
+    assert_eq!(refuse(&[], &[]), "skin: 0 values are no rows of 0 quantities");
+    assert!(refuse(&["a", "a "], &[1.0; 4]).contains("the quantity names"));
+    let error = refuse(&["a", "b"], &[1.0, 2.0, 3.0, f32::NAN]);
+    assert!(error.starts_with("skin: y[1]: value at [1] is NaN"), "{error}");
 }
 
 #[test]
@@ -69,7 +82,7 @@ fn floats_are_values_and_never_classes() {
     let mut rows = [0.5; 8];
     rows[5] = f32::NAN;
     let error = write(&rows, &[4, 2]).unwrap_err().to_string();
-    assert!(error.contains("skin.npz: y[2]: value at [1] is NaN"), "{error}");
+    assert!(error.contains("skin.npz: y[2] is NaN in y-1"), "{error}");
     for (count, said) in [(3, '3'), (5, '5')] {
         let error = write(&vec![0.5; count], &[count]).unwrap_err().to_string();
         assert!(error.contains(said) && error.contains('4'), "{error}");
@@ -244,4 +257,18 @@ fn samples_without_a_target_are_refused_or_left_out() {
     assert_eq!(read(&root.join("t.csv"), &options).1, [0.5, 1.0]);
     let all = npz(root, &[("x", samples(2)), ("y", f32s(&[2], &[nan, nan]))]);
     assert!(refused(&all, &options).contains("holds no samples"));
+}
+
+#[test]
+fn quantities_take_the_names_that_are_said() {
+    let folder = tempdir().unwrap();
+    let path = npz(folder.path(), &[("x", samples(2)), ("y", f32s(&[2, 2], &[0.5, 1.0, 1.5, 2.0]))]);
+    let named = |names: &str| ReadOptions { quantities: Some(names.into()), ..ReadOptions::default() };
+    let (quantities, values) = read(&path, &named("x_mm,force_N"));
+    assert_eq!((quantities, values), (vec!["x [mm]".into(), "force [N]".into()], vec![0.5, 1.0, 1.5, 2.0]));
+    let message = refused(&path, &named("force_N"));
+    assert!(message.contains("are 1 names for 2 columns of y"), "{message}");
+    let path = npz(folder.path(), &[("x", samples(2)), ("y", i64s(&[2], &[0, 1]))]);
+    let message = refused(&path, &named("force_N"));
+    assert!(message.contains("name values, and the targets are classes"), "{message}");
 }

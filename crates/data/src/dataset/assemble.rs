@@ -18,6 +18,7 @@ use crate::length::lengths::Lengths;
 use crate::length::one_length::{EqualSamples, samples};
 use crate::options::{Drop, ReadOptions};
 use crate::targets::missing::{drops_missing, leave_out_missing, missing_in, no_target};
+use crate::targets::quantities::renamed;
 use crate::targets::rows::{check_values, refuse_steps};
 use crate::{Error, Result};
 use ndarray::{ArrayD, Axis};
@@ -48,15 +49,14 @@ pub(crate) fn assemble(mut raw: Raw, options: &ReadOptions) -> Result<Checked> {
     if label_form == LabelForm::Unsaid {
         faults.push(unsaid(&raw));
     }
-    let values = raw.values.take();
+    let values = renamed(raw.values.take(), &raw, options)?;
     let (table, classes) = numbered(&raw, values.as_ref(), options, &mut faults)?;
     unclear_names(&raw, &classes, &mut faults);
     let groups = groups(&raw, options, &mut faults)?;
     let official = official(&raw, options, &mut faults);
     let row_hash = raw.x.hashes(channels.as_deref());
     let mut keep = keep(&raw, &row_hash, &table, &classes, options, &mut faults);
-    let of_recordings = values.as_ref().filter(|_| raw.steps.is_none() && drops_missing(options));
-    let mut without_target = of_recordings.map_or(0, |values| leave_out_missing(&mut keep, values));
+    let mut without_target = left_out_missing(&mut keep, values.as_ref(), &raw, options);
     let (kept, left): (Vec<usize>, Vec<usize>) = (0..keep.len()).partition(|row| keep[*row]);
     if kept.is_empty() {
         return Err(Error::NoSamples { at: format!("{}: after drop", raw.file) });
@@ -80,10 +80,11 @@ pub(crate) fn assemble(mut raw: Raw, options: &ReadOptions) -> Result<Checked> {
     faults.0.extend(of_values.0);
 
     let (group_name, groups) = grouped(groups, &rows);
-    let targets = match &values {
-        Some(values) => Targets::Values(Values::new(values.quantities().to_vec(), values.of(&target_rows))),
-        None => classes_of(&raw, &target_rows, &table, classes, attribute, &mut faults),
-    };
+    let of_values = values.map(|values| Values::new(values.quantities().to_vec(), values.of(&target_rows)));
+    let targets = of_values.map_or_else(
+        || classes_of(&raw, &target_rows, &table, classes, attribute, &mut faults),
+        Targets::Values,
+    );
     let mut dataset = Dataset {
         spec,
         source: source(&raw),
@@ -102,6 +103,12 @@ pub(crate) fn assemble(mut raw: Raw, options: &ReadOptions) -> Result<Checked> {
     };
     dataset.learn_attributes(&options.attributes)?;
     Ok(Checked { dataset, problems: faults.0, label_form, lengths, readings, without_target })
+}
+
+/// Leaves out recordings without a value where the options say so, and returns their number.
+fn left_out_missing(keep: &mut [bool], values: Option<&Values>, raw: &Raw, options: &ReadOptions) -> usize {
+    let of_recordings = values.filter(|_| raw.steps.is_none() && drops_missing(options));
+    of_recordings.map_or(0, |values| leave_out_missing(keep, values))
 }
 
 /// Samples, and the row of targets of each.

@@ -1,7 +1,5 @@
 //! Labels with the names of their levels.
 
-use crate::dataset::targets::Quantity;
-use crate::options::ReadOptions;
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use unicode_normalization::UnicodeNormalization;
@@ -104,15 +102,6 @@ pub(crate) fn as_values(labels: &[String]) -> Option<Vec<f32>> {
     };
     let values: Vec<f32> = labels.iter().map(number).collect::<Option<_>>()?;
     has_fraction.then_some(values)
-}
-
-/// Says that targets were read as values, and how to read them as classes; nothing where the options ask for values.
-pub(crate) fn values_said(quantities: &[Quantity], options: &ReadOptions) -> Option<String> {
-    let names: Vec<String> = quantities.iter().map(|quantity| format!("{:?}", quantity.name)).collect();
-    let names = names.join(", ");
-    (!options.wants_values()).then(|| {
-        format!("{names} are values, as they have fractions; to make them classes, list them in labels.json under classes")
-    })
 }
 
 /// Returns the mark that a word is: 1 of samples to test on.

@@ -7,7 +7,7 @@ use crate::dataset::full_scale::refuse_far_below;
 use crate::dataset::labels::{by_name, group_numbers, refuse_unclear};
 use crate::dataset::sample_spec::SampleSpec;
 use crate::dataset::source::Source;
-use crate::dataset::targets::Targets;
+use crate::dataset::targets::{Quantity, Targets, Values};
 use crate::error::plural;
 use crate::{Error, Result};
 use ndarray::{ArrayD, Dimension};
@@ -63,6 +63,32 @@ impl Dataset {
         };
         dataset.update_digest();
         Ok(dataset)
+    }
+
+    /// Puts values `[N, quantities]`, row-major, in the place of the classes.
+    ///
+    /// The same samples and values in a `.npz` have the same digest.
+    ///
+    /// # Errors
+    ///
+    /// No quantity, names of quantities that look alike, another number of values than one of each quantity per sample, a
+    /// value that is not finite.
+    pub fn with_values(mut self, quantities: Vec<Quantity>, values: Vec<f32>) -> Result<Self> {
+        let names: Vec<String> = quantities.iter().map(|quantity| quantity.name.clone()).collect();
+        refuse_unclear("quantity", &names).map_err(|why| Error::file(&self.name, why))?;
+        let width = names.len();
+        if width == 0 || !values.len().is_multiple_of(width) {
+            let why = format!("{} values are no rows of {width} quantities", values.len());
+            return Err(Error::file(&self.name, why));
+        }
+        refuse_length(&self.name, "values", values.len() / width, self.len())?;
+        if let Some(at) = values.iter().position(|value| !value.is_finite()) {
+            let sample = format!("{}: y[{}]", self.name, at / width);
+            return Err(Error::NotFinite { sample, index: vec![at % width], value: values[at] });
+        }
+        self.targets = Targets::Values(Values::new(quantities, values));
+        self.update_digest();
+        Ok(self)
     }
 
     /// Says which group (object, session) each sample belongs to. Whole numbers from 0 to 4294967295 stay

@@ -1,6 +1,5 @@
 //! Reads a folder of recordings, whose classes are said by a table, by folders or by names.
 
-use crate::dataset::labels::values_said;
 use crate::dataset::raw::Raw;
 use crate::dataset::targets::Values;
 use crate::formats::bag::names;
@@ -13,6 +12,7 @@ use crate::layout::listing::{FoundFiles, Listing, list, unsorted};
 use crate::layout::names_file::{self, NAMES};
 use crate::options::ReadOptions;
 use crate::reader::{Format, Place, Purpose, Reader};
+use crate::targets::quantities::values_said;
 use crate::targets::texts::TextTargets;
 use crate::{Error, Result};
 use std::path::Path;

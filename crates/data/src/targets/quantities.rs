@@ -1,7 +1,24 @@
 //! Names and units of quantities, from the names of their arrays or columns.
 
-use crate::dataset::targets::Quantity;
+use crate::dataset::raw::Raw;
+use crate::dataset::targets::{Quantity, Values};
+use crate::options::ReadOptions;
 use crate::unit::is_known;
+use crate::{Error, Result};
+
+impl Quantity {
+    /// Makes quantities of names. A known unit at the end of a name is taken for the unit: `force_N`, `force [N]`, `force (N)`.
+    /// Names that would then be equal keep their full text.
+    ///
+    /// ```
+    /// let force = &taxel_data::Quantity::named(&["force_N"])[0];
+    /// assert_eq!((force.name.as_str(), force.unit.as_deref()), ("force", Some("N")));
+    /// ```
+    pub fn named(names: &[impl AsRef<str>]) -> Vec<Self> {
+        let each: Vec<(&str, usize)> = names.iter().map(|name| (name.as_ref(), 1)).collect();
+        named_after(&each)
+    }
+}
 
 /// Returns quantities that are called after their arrays or columns, each of so many numbers a row. A known unit at the end of a name is taken
 /// for the unit: `force_N`, `force [N]`, `force (N)`. Names that would then be equal keep their full text.
@@ -45,6 +62,32 @@ fn without_unit(name: &str) -> (&str, Option<&str>) {
         Some((stem, unit)) if !stem.is_empty() && is_known(unit) && !ends_in_unit(stem) => (stem, Some(unit)),
         _ => (name, None),
     }
+}
+
+/// Says that targets were read as values, and how to read them as classes; nothing where the options ask for values.
+pub(crate) fn values_said(quantities: &[Quantity], options: &ReadOptions) -> Option<String> {
+    let names: Vec<String> = quantities.iter().map(|quantity| format!("{:?}", quantity.name)).collect();
+    let names = names.join(", ");
+    (!options.wants_values()).then(|| {
+        format!("{names} are values, as they have fractions; to make them classes, list them in labels.json under classes")
+    })
+}
+
+/// Returns the values under the names that the options give; refuses names for targets that are no values, and another number of
+/// them.
+pub(crate) fn renamed(values: Option<Values>, raw: &Raw, options: &ReadOptions) -> Result<Option<Values>> {
+    let Some(names) = &options.quantities else { return Ok(values) };
+    let refuse = |why: String| Err(Error::file(&raw.file, format!("quantities = {:?} {why}", names.each())));
+    let Some(values) = values else {
+        return refuse(
+            "name values, and the targets are classes; say task = \"values\" or leave it out".into(),
+        );
+    };
+    let (given, held) = (names.each().len(), values.quantities().len());
+    if given != held {
+        return refuse(format!("are {given} names for {held} columns of {}; give one of each", raw.y_name));
+    }
+    Ok(Some(Values::new(Quantity::named(names.each()), values.values().to_vec())))
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use crate::Result;
 use crate::formats::clock::Timing;
 use crate::formats::table::columns::TableColumns;
-use crate::formats::table::long::TableRecording;
+use crate::formats::table::recording::TableRecording;
 use crate::formats::table::text_columns::TableRow;
 use crate::formats::timed::Timed;
 use crate::options::ReadOptions;

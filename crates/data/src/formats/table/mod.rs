@@ -7,6 +7,7 @@ pub(crate) mod label_changes;
 pub(crate) mod long;
 pub(crate) mod number_form;
 pub(crate) mod options;
+pub(crate) mod recording;
 pub(crate) mod recording_columns;
 pub(crate) mod separators;
 pub(crate) mod table;

@@ -1,19 +1,21 @@
 //! Reads one table of many recordings, in CSV or Parquet.
 
-use crate::dataset::labels::{group_numbers, values_said};
+use crate::dataset::labels::group_numbers;
 use crate::dataset::precision::Precision;
 use crate::dataset::raw::{NamedColumn, Names, Raw, SampleFacts, name_of};
 use crate::formats::clock::Timing;
 use crate::formats::stamps::Mended;
 use crate::formats::table::columns::{TableColumns, recording_in};
-use crate::formats::table::long::{self, LongTable, TableRecording};
+use crate::formats::table::long::{self, LongTable};
 use crate::formats::table::options::{TableForm, TableOptions};
+use crate::formats::table::recording::TableRecording;
 use crate::formats::table::targets::{StoredTargets, TableTargets};
 use crate::formats::table::text_columns::{TableRow, TableText};
 use crate::layout::names_file;
 use crate::length::ragged::Collected;
 use crate::options::{Limits, ReadOptions, refuse_set};
 use crate::reader::{Format, Place, Purpose, Reader};
+use crate::targets::quantities::values_said;
 use crate::{Error, Result};
 use std::collections::HashMap;
 use std::path::Path;

@@ -5,7 +5,7 @@ use crate::dataset::raw::{Names, SampleFacts};
 use crate::dataset::targets::Values;
 use crate::formats::clock::Timing;
 use crate::formats::table::label_changes::StepLabels;
-use crate::formats::table::long::TableRecording;
+use crate::formats::table::recording::TableRecording;
 use crate::formats::table::text_columns::TableText;
 use crate::layout::array_labels::named;
 use crate::layout::names_file;

@@ -1,6 +1,6 @@
 //! Reads time series of the UCR and UEA archives: `<name>_TRAIN` and `<name>_TEST`, as `.ts`, `.arff` or plain text.
 
-use crate::dataset::labels::{as_values, by_name, values_said};
+use crate::dataset::labels::{as_values, by_name};
 use crate::dataset::raw::{DATA, Names, Raw};
 use crate::dataset::targets::Values;
 use crate::ending::has_ending;
@@ -13,6 +13,7 @@ use crate::length::ragged::Collected;
 use crate::options::{ReadOptions, refuse_set};
 use crate::reader::{Format, Place, Reader};
 use crate::targets::options::TaskKind;
+use crate::targets::quantities::values_said;
 use crate::{Error, Result};
 use std::path::{Path, PathBuf};
 use taxel_base::Layout;
