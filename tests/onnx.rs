@@ -42,7 +42,7 @@ fn model(build: impl FnOnce(&Network, taxel::Flow) -> taxel::Flow, encoding: &En
     let net = Network::new("own");
     let features = build(&net, net.input("signal", grasps.sample_shape()));
     let graph = net.finish(&[("logits", features.linear("fc", grasps.output_names().len()))]).unwrap();
-    let recipe = Recipe { epochs: 2, batch_size: 16, loss, ..Recipe::default() };
+    let recipe = Recipe { epochs: 2, batch_size: 16, loss: Some(loss), ..Recipe::default() };
     taxel::fit(&Candidate::network(graph, recipe), &grasps, encoding).unwrap()
 }
 

@@ -85,14 +85,72 @@ fn a_force_is_learned_and_predicted_with_its_unit() {
     assert!(table.contains("force (N)"), "{table}");
 }
 
+/// A config of networks that learn the force by each loss, in few epochs.
+fn networks(losses: &[&str]) -> String {
+    let one = |loss: &&str| {
+        let train = r#"train = { epochs = 60, batch_size = 16, optimizer = { name = "adam", lr = 0.01 }"#;
+        format!("{{ name = \"mlp\", label = \"{loss}\", {train}, loss = \"{loss}\" }} }}")
+    };
+    let all: Vec<String> = losses.iter().map(one).collect();
+    // On raw readings a likelihood explains its first errors by a large spread, and learns no mean.
+    let config = CONFIG.replace("\"raw\"", "\"z-score\"");
+    config.replace("networks = []", &format!("baselines = []\nnetworks = [{}]", all.join(", ")))
+}
+
 #[test]
-fn a_network_of_classes_refuses_values_by_name() {
+fn networks_learn_values_by_every_loss_and_say_how_far_off_they_may_be() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    presses(&folder.path().join("skin.npz"), 80, 0);
+    presses(&folder.path().join("new.npz"), 60, 5);
+    let losses = ["huber", "mean-squared-error", "gaussian-likelihood", "quantiles"];
+    fs::write(folder.path().join("skin.toml"), networks(&losses)).unwrap();
+    ends(0, &["run", &at("skin.toml"), "--output", &at("run")]);
+    let results: Value = serde_json::from_str(&fs::read_to_string(at("run/results.json")).unwrap()).unwrap();
+    for (row, loss) in results["networks"].as_array().unwrap().iter().zip(losses) {
+        let mae = row["mean"]["mae"].as_f64().unwrap();
+        assert!(row["network"] == loss && mae < 0.5, "{loss}: {mae}");
+        let model = at(&format!("{loss}.safetensors"));
+        ends(0, &["fit", &at("run"), "--network", loss, "--output", &model]);
+        let card = ends(0, &["inspect", &model]);
+        assert!(
+            card.contains("intervals fitted on 80 held-out predictions; those of 90 % covered"),
+            "{card}"
+        );
+        let said = ends(0, &["predict", &model, &at("new.npz"), "--format", "json"]);
+        let said: Value = serde_json::from_str(&said).unwrap();
+        let answers = said["answers"].as_array().unwrap();
+        let is_within = |(i, answer): (usize, &Value)| {
+            let force = f64::from(((i * 37 + 5) % 101) as u32) / 10.1;
+            let end = |at: usize| answer["interval"]["force"][at].as_f64().unwrap();
+            let value = answer["predicted"]["force"].as_f64().unwrap();
+            assert!(end(0) <= value && value <= end(1), "{loss}: {answer}");
+            end(0) <= force && force <= end(1)
+        };
+        let within = answers.iter().enumerate().filter(|(i, answer)| is_within((*i, answer))).count();
+        assert!(said["interval_share"] == 0.9 && within >= 48, "{loss}: {within} of 60");
+    }
+    let model = at("gaussian-likelihood.safetensors");
+    let table = ends(0, &["predict", &model, &at("new.npz"), "--set", "0.8"]);
+    assert!(table.contains("80 % interval"), "{table}");
+    let error = ends(2, &["predict", &model, &at("new.npz"), "--set", "0.7"]);
+    assert!(error.contains("has intervals for 0.8, 0.9, 0.95"), "{error}");
+    ends(0, &["export", &model, &at("model.onnx")]);
+    let bytes = at("bytes.safetensors");
+    ends(0, &["quantize", &model, &at("skin.npz"), "--output", &bytes]);
+    assert!(ends(0, &["inspect", &bytes]).contains("those of 90 % covered"));
+}
+
+#[test]
+fn a_loss_of_classes_is_refused_for_values() {
     let folder = tempfile::tempdir().unwrap();
     presses(&folder.path().join("skin.npz"), 40, 0);
     let config = folder.path().join("skin.toml");
-    fs::write(&config, CONFIG.replace("networks = []", "networks = [{ name = \"mlp\" }]")).unwrap();
     let out = folder.path().join("run");
-    let error = ends(2, &["run", config.to_str().unwrap(), "--output", out.to_str().unwrap()]);
-    assert!(error.contains("mlp") && error.contains("run a baseline of values, such as ridge"), "{error}");
-    assert!(!out.exists());
+    for loss in ["softmax-cross-entropy", "hinge"] {
+        fs::write(&config, networks(&[loss])).unwrap();
+        let error = ends(2, &["run", config.to_str().unwrap(), "--output", out.to_str().unwrap()]);
+        assert!(error.contains(loss) && error.contains("values need \"huber\""), "{error}");
+        assert!(!out.exists());
+    }
 }

@@ -222,6 +222,7 @@ fn judgement(setting: &Setting, networks: Vec<Judged>) -> Judgement {
         stress: None,
         early: None,
         certainty: vec![],
+        errors: vec![],
         examples: vec![],
     }
 }

@@ -67,7 +67,7 @@ fn judged(case: &Case) -> Judgement {
 fn mae<'r>(records: impl Iterator<Item = &'r FoldRecord>) -> f64 {
     let each: Vec<f64> = records
         .flat_map(|record| match &record.outcome {
-            Predictions::Values { truth, predicted } => {
+            Predictions::Values { truth, predicted, .. } => {
                 truth.iter().zip(predicted).map(|(a, b)| f64::from((a - b).abs())).collect::<Vec<_>>()
             }
             Predictions::Labels { .. } => panic!("labels"),

@@ -37,6 +37,9 @@ pub struct Decider {
     /// The familiarity up to which a window is unknown.
     unknown: f32,
     /// Time steps since the stream, or the recording, began.
+    /// Share of windows whose intervals hold the true values.
+    share: Option<f64>,
+    intervals: Vec<[f32; 2]>,
     readings: u64,
     /// Time steps to be passed over before the next window.
     pass: usize,
@@ -61,6 +64,8 @@ pub struct Decision<'a> {
     pub familiarity: Option<f32>,
     /// Whether it is unlike those that the model has learned from.
     pub is_unknown: bool,
+    /// The interval of each value at the share that was asked for; empty of classes and without intervals.
+    pub intervals: &'a [[f32; 2]],
     prediction: std::result::Result<&'a [f32], taxel_learn::Error>,
 }
 
@@ -106,7 +111,9 @@ impl Decider {
             health: Health::new(spec, full_scale),
             waiting: contact.is_some(),
             contact,
-            probabilities: vec![0.0; card.levels().outputs()],
+            probabilities: vec![0.0; card.task.outputs()],
+            share: options.interval,
+            intervals: Vec::with_capacity(card.task.quantities().len()),
             familiarity: None,
             unknown: options.unknown,
             levels: card.levels(),
@@ -204,10 +211,11 @@ impl Decider {
         }
         let predicted = predicted.filter(|_| decides)?;
         let is_unknown = predicted.is_ok() && self.is_unknown();
-        let Decider { health, readings, probabilities, familiarity, .. } = self;
+        let Decider { health, readings, probabilities, familiarity, intervals, .. } = self;
         let familiarity = familiarity.filter(|_| predicted.is_ok());
         let prediction = predicted.map(|_| &**probabilities);
-        Some(Decision { reading: *readings - 1, known, ticks, health, familiarity, is_unknown, prediction })
+        let reading = *readings - 1;
+        Some(Decision { reading, known, ticks, health, familiarity, is_unknown, intervals, prediction })
     }
 
     fn is_unknown(&self) -> bool {
@@ -221,6 +229,11 @@ impl Decider {
         let predicted = self.predictor.predict_start(&mut self.workspace, &self.sample, seen)?;
         self.probabilities.copy_from_slice(predicted);
         self.familiarity = self.predictor.familiarity(&mut self.workspace, seen);
+        self.intervals.clear();
+        if let Some(share) = self.share {
+            let of_quantity = |at| self.predictor.interval(&self.workspace, at, share);
+            self.intervals.extend((0..self.probabilities.len()).filter_map(of_quantity));
+        }
         let early = self.early.filter(|_| !self.is_unknown());
         Ok(early.is_some_and(|least| self.levels.confidence(&self.probabilities) >= least))
     }
@@ -244,6 +257,7 @@ fn numatac(transform: &Transform) -> Option<NumaTac> {
         Transform::Numatac { numatac, .. } => Some(*numatac),
         Transform::Series { then, .. }
         | Transform::Baseline { then, .. }
+        | Transform::History { then, .. }
         | Transform::Reduced { then, .. } => numatac(then),
         _ => None,
     }

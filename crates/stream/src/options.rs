@@ -16,6 +16,8 @@ pub struct StreamOptions {
     pub early: Option<f32>,
     /// The familiarity, 0..1, up to which a window is unknown to the model; 0 for none. Default 0.
     pub unknown: f32,
+    /// Share of windows, 0.8, 0.9, 0.95 or 0.99, whose intervals are to hold the true values. Default no intervals.
+    pub interval: Option<f64>,
     /// Fewest time steps of a window that is decided early. Default a tenth of a window, the least that reports
     /// measure.
     pub least: Option<usize>,

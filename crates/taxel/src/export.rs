@@ -7,7 +7,10 @@ use taxel_data::{Layout, SampleSpec};
 use taxel_encodings::{Scaling, TactileTensor};
 use taxel_learn::certainty::{Place, Seen};
 use taxel_learn::{Card, Model, ModelKind, Transform};
-use taxel_onnx::{DISTANCE, DISTANCES, Export, FrontStep, GatePlace, PROBABILITIES, TEMPERATURE, Tempering};
+use taxel_onnx::{
+    DISTANCE, DISTANCES, Export, FrontStep, GatePlace, PROBABILITIES, QUANTITIES, TEMPERATURE, Tempering,
+    VALUES,
+};
 
 use crate::error::{Error, Result};
 
@@ -16,7 +19,7 @@ use crate::error::{Error, Result};
 pub struct Exported {
     /// Inputs in their order.
     pub inputs: Vec<ExportedInput>,
-    /// Names of the outputs in their order: logits and, where they follow, `probabilities`; of a model with a gate `distance`.
+    /// Names of the outputs in their order: logits and, where they follow, `probabilities`, or `values`; of a model with a gate `distance`.
     pub outputs: Vec<String>,
 }
 
@@ -75,8 +78,10 @@ pub fn export(model: &Model, path: &Path) -> Result<Exported> {
         sizes: card.levels().sizes().to_vec(),
     });
     let gate = card.certainty.as_ref().and_then(|certainty| certainty.seen.as_ref());
+    let quantities = card.task.quantities();
     let export = Export {
-        loss: Some(*loss),
+        loss: quantities.is_empty().then_some(*loss),
+        values: (!quantities.is_empty()).then_some(quantities.len()),
         tempering,
         gate: gate.map_or(vec![], places),
         readings,
@@ -86,8 +91,9 @@ pub fn export(model: &Model, path: &Path) -> Result<Exported> {
     };
     taxel_onnx::write(path, &export)?;
     let mut outputs: Vec<String> = graph.outputs().iter().map(|(name, _)| name.clone()).collect();
-    if !outputs.iter().any(|name| name == PROBABILITIES) {
-        outputs.push(PROBABILITIES.into());
+    let answers = if quantities.is_empty() { PROBABILITIES } else { VALUES };
+    if !outputs.iter().any(|name| name == answers) {
+        outputs.push(answers.into());
     }
     if gate.is_some() && !outputs.iter().any(|name| name == DISTANCE) {
         outputs.push(DISTANCE.into());
@@ -110,6 +116,7 @@ fn places(gate: &Seen) -> Vec<GatePlace> {
 fn facts(card: &Card, loss: taxel_graph::Loss, inputs: &[ExportedInput]) -> Vec<(String, String)> {
     let SampleSpec { unit, rate, full_scale, .. } = &card.spec;
     let classes = match &card.task.attributes()[..] {
+        [] => json!(card.task.quantities()),
         [one] => json!(one.classes),
         several => json!(
             several
@@ -118,10 +125,11 @@ fn facts(card: &Card, loss: taxel_graph::Loss, inputs: &[ExportedInput]) -> Vec<
                 .collect::<serde_json::Map<_, _>>()
         ),
     };
+    let key = if card.task.quantities().is_empty() { "taxel.classes" } else { QUANTITIES };
     let mut facts = vec![
         ("taxel.version".to_string(), card.taxel.clone()),
         ("taxel.name".into(), card.name.clone()),
-        ("taxel.classes".into(), classes.to_string()),
+        (key.into(), classes.to_string()),
         ("taxel.loss".into(), json!(loss).as_str().unwrap_or_default().into()),
     ];
     for input in inputs {
@@ -189,6 +197,7 @@ fn add(transform: &Transform, now: &mut Vec<usize>, steps: &mut Vec<FrontStep>) 
         }
         Transform::QuantileCode(_)
         | Transform::Rocket(_)
+        | Transform::History { .. }
         | Transform::Field(_)
         | Transform::Picture { .. }
         | Transform::Reduced { .. }
@@ -239,6 +248,9 @@ fn scale(scaling: &Scaling, steps: &mut Vec<FrontStep>) {
 fn words(transform: &Transform) -> &'static str {
     match transform {
         Transform::QuantileCode(_) => "the quantile code of the readings (encoding.signal)",
+        Transform::History { .. } => {
+            "the last reading of each channel and its differences to earlier ones, scaled (encoding.signal)"
+        }
         Transform::Rocket(_) => "MiniRocket's features of the readings (encoding.rocket)",
         Transform::Field(_) => "the coloured Gramian angular field of the readings (encoding.image)",
         Transform::Picture { .. } => {

@@ -10,6 +10,7 @@ use super::certainty::certainty;
 use super::chance::chance;
 use super::early::{EarlyOptions, early};
 use super::eight_bits::changed;
+use super::errors::errors;
 use super::examples::examples;
 use super::speed::speed;
 use super::stress::{StressOptions, stress};
@@ -91,6 +92,7 @@ pub fn judge(case: &Case, options: &JudgeOptions) -> Result<Judgement> {
         stress,
         early,
         certainty: certainty(case)?,
+        errors: errors(case)?,
         results,
     })
 }

@@ -5,6 +5,7 @@ mod certainty;
 mod chance;
 mod early;
 mod eight_bits;
+mod errors;
 mod examples;
 mod guarding;
 mod held_out;

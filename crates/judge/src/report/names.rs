@@ -14,6 +14,7 @@ pub(super) mod table {
     pub const EARLY: &str = "early";
     pub const EARLY_DECISIONS: &str = "early-decisions";
     pub const EIGHT_BITS: &str = "eight-bits";
+    pub const ERRORS: &str = "errors";
     pub const EVIDENCE: &str = "evidence";
     pub const EXAMPLES: &str = "examples";
     pub const FAULTS: &str = "faults";
@@ -56,6 +57,8 @@ pub(super) mod chart {
     pub const SIZE: &str = "size";
     pub const SUREST: &str = "surest";
     pub const TRAINING: &str = "training";
+    /// Prefix of the names of all plots of predicted against true values.
+    pub const VALUES: &str = "values-";
     pub const WEIGHT_CHANGES: &str = "weight-changes";
     pub const WHERE_TIME_GOES: &str = "where-time-goes";
 

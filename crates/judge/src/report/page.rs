@@ -38,6 +38,7 @@ pub(super) fn page(
         ("recommendation", "Recommendation", Some(parts.recommendation())),
         ("speed", &against_speed, Some(parts.speed())),
         ("breaking", "Where they break", Some(parts.breaking())),
+        ("errors", "How far off they are", parts.errors()),
         ("certainty", "How sure they may be", parts.certainty()),
         ("early", "Early decisions", parts.early()),
         ("evidence", "Evidence", parts.evidence()),
@@ -230,6 +231,19 @@ impl PageParts<'_> {
                 ul { @for (fault, reason) in &stress.left_out { li { (fault) ": " (reason) } } }
             }
         }
+    }
+
+    fn errors(&self) -> Option<Markup> {
+        let table = self.table(tables::ERRORS)?;
+        let drawn = self.charts.iter().filter(|drawn| drawn.name.starts_with(charts::VALUES));
+        Some(html! {
+            p {
+                "A model that " code { "taxel fit" } " makes of this run says with each value the interval that held the true one in \
+                 nine of ten test samples."
+            }
+            @for scatter in drawn { (chart(scatter, tables::ERRORS)) }
+            (table)
+        })
     }
 
     fn certainty(&self) -> Option<Markup> {

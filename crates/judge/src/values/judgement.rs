@@ -7,6 +7,7 @@ use taxel_learn::{Environment, NetworkResults, Results};
 use super::certainty::RowCertainty;
 use super::early::Early;
 use super::eight_bits::Changed;
+use super::errors::RowErrors;
 use super::example::Example;
 use super::primary::Primary;
 use super::speed::Speed;
@@ -41,6 +42,9 @@ pub struct Judgement {
     /// How far probabilities can be believed, row by row; empty of values.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub certainty: Vec<RowCertainty>,
+    /// How far values lie from the true ones, row by row; empty of classes.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub errors: Vec<RowErrors>,
     /// Some test samples with what networks say about them.
     pub examples: Vec<Example>,
 }

@@ -21,6 +21,10 @@ pub const IR_VERSION: i64 = 8;
 
 /// Name of the output that follows from the logits and the loss.
 pub const PROBABILITIES: &str = "probabilities";
+/// Name of the output that holds the values of a network that learned values.
+pub const VALUES: &str = "values";
+/// Key of the fact that says the quantities of these values, with their units.
+pub const QUANTITIES: &str = "taxel.quantities";
 /// Key of the fact that says the temperature of the probabilities; a file without it has those of its loss.
 pub const TEMPERATURE: &str = "taxel.temperature";
 
@@ -36,6 +40,8 @@ pub struct Export<'a> {
     pub weights: &'a Weights,
     /// The loss that its first output was trained for: a second one, `probabilities`, follows from it. Default none.
     pub loss: Option<Loss>,
+    /// How many of the first output's values answer: a second output, [`VALUES`], holds them. Default none.
+    pub values: Option<usize>,
     /// How sure the probabilities are; none where they are those of the loss.
     pub tempering: Option<Tempering>,
     /// The gate of each attribute behind the first output, whose output is [`DISTANCE`](super::DISTANCE). Default none.
@@ -55,6 +61,7 @@ impl<'a> Export<'a> {
             graph,
             weights,
             loss: None,
+            values: None,
             tempering: None,
             gate: vec![],
             readings: vec![],
@@ -141,6 +148,7 @@ fn graph(export: &Export) -> std::result::Result<proto::Graph, Cause> {
     let mut infos: Vec<ValueInfo> =
         outputs.iter().map(|(name, id)| info(name, &nodes[*id].shape, None)).collect();
     infos.extend(probabilities(export, &mut sink));
+    infos.extend(answered(export, &mut sink));
     infos.extend(outputs.first().and_then(|(logits, _)| distance(&export.gate, logits, &mut sink)));
     Ok(proto::Graph {
         nodes: sink.nodes,
@@ -197,7 +205,8 @@ fn probabilities(export: &Export, sink: &mut Sink) -> Option<ValueInfo> {
     match loss {
         Loss::SoftmaxCrossEntropy => sink.put("Softmax", &[logits], &plain, vec![int("axis", 1)]),
         Loss::MultiLabelSoftMargin | Loss::Hinge => sink.put("Sigmoid", &[logits], &plain, vec![]),
-        Loss::MeanSquaredError => {
+        // Of classes: the losses of values alone have no probabilities.
+        _ => {
             let [low, high] = [0.0, 1.0].map(|end| sink.floats("probabilities/end", &[], &[end]));
             sink.put("Clip", &[logits, &low, &high], &plain, vec![]);
         }
@@ -206,6 +215,20 @@ fn probabilities(export: &Export, sink: &mut Sink) -> Option<ValueInfo> {
         temper(tempering, &plain, sink);
     }
     Some(info(PROBABILITIES, shape, None))
+}
+
+/// Adds the output of the values that answer, those first in a row of the first output.
+fn answered(export: &Export, sink: &mut Sink) -> Option<ValueInfo> {
+    let (outputs, id) = export.graph.outputs().first()?;
+    let count = export.values.filter(|_| sink.take(VALUES))?;
+    if count == export.graph.nodes()[*id].shape.iter().product::<usize>() {
+        sink.put("Identity", &[outputs], VALUES, vec![]);
+    } else {
+        let [start, end, axis] = [("start", 0), ("end", count as i64), ("axis", 1)]
+            .map(|(part, at)| sink.ints(&format!("{VALUES}/{part}"), &[at]));
+        sink.put("Slice", &[outputs, &start, &end, &axis], VALUES, vec![]);
+    }
+    Some(info(VALUES, &[count], None))
 }
 
 /// Divides the logarithms of probabilities by the temperature, attribute by attribute.

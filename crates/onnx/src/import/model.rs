@@ -16,7 +16,7 @@ use super::work::Importer;
 use super::{ints, nodes};
 use crate::bounds;
 use crate::error::{Cause, Error, Result};
-use crate::export::{DISTANCE, PROBABILITIES, TEMPERATURE};
+use crate::export::{DISTANCE, PROBABILITIES, QUANTITIES, TEMPERATURE, VALUES};
 use crate::proto::{self, ValueInfo, dtype};
 
 /// Versions of ONNX's operations that are read.
@@ -60,8 +60,12 @@ pub fn from_bytes(bytes: Vec<u8>, name: &str, folder: Option<&Path>) -> std::res
     };
     version(&model.opsets)?;
     let mut notes = vec![];
-    if model.facts.iter().any(|fact| fact.key.as_deref() == Some(TEMPERATURE)) {
-        leave_out_probabilities(&mut graph);
+    let says = |key: &str| model.facts.iter().any(|fact| fact.key.as_deref() == Some(key));
+    if says(QUANTITIES) {
+        leave_out(&mut graph, &[VALUES]);
+    }
+    if says(TEMPERATURE) {
+        leave_out(&mut graph, &[PROBABILITIES, DISTANCE]);
         notes.push("temperature and gate are left out: fit or calibrate a model anew".into());
     }
     let mut stored = StoredTensors::new(folder, length);
@@ -90,13 +94,13 @@ pub fn from_bytes(bytes: Vec<u8>, name: &str, folder: Option<&Path>) -> std::res
     Ok(Imported { graph, weights, notes })
 }
 
-/// Takes away what taxel's export adds behind the first output of a calibrated model.
-fn leave_out_probabilities(graph: &mut proto::Graph) {
+/// Takes away outputs that taxel's export adds behind the first one, with the steps to them.
+fn leave_out(graph: &mut proto::Graph, added: &[&str]) {
     let is_of_them = |name: &String| {
         let is_behind = |output: &str| {
             name.strip_prefix(output).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
         };
-        is_behind(PROBABILITIES) || is_behind(DISTANCE)
+        added.iter().any(|output| is_behind(output))
     };
     graph.nodes.retain(|node| !node.outputs.iter().any(is_of_them));
     graph.outputs.retain(|output| !output.name.as_ref().is_some_and(is_of_them));

@@ -6,9 +6,9 @@ use std::process::ExitCode;
 use clap::Args;
 use taxel::experiment::{Runner, settings};
 use taxel::judge::{Case, Judgement, held_out};
-use taxel::learn::certainty::{Certainty, HeldOut, HeldOutParts};
+use taxel::learn::certainty::{Certainty, HeldOut, HeldOutParts, HeldOutValues, Intervals};
 use taxel::learn::metrics::Levels;
-use taxel::learn::{Results, Score};
+use taxel::learn::{FoldRecord, Results, Score};
 use taxel::{Dataset, Experiment, Overrides, ReadOptions, Registry, RunFolder, RunOptions};
 
 use crate::CommandResult;
@@ -81,6 +81,8 @@ struct Training {
     score: Option<Score>,
     /// How sure the model may be, by the predictions of the run.
     certainty: Option<Certainty>,
+    /// The intervals around its values, by the predictions of the run.
+    intervals: Option<Intervals>,
     /// Whether the model is made in eight bits afterwards.
     quantized: bool,
 }
@@ -91,7 +93,7 @@ impl Fit {
         let registry = Registry::built_in();
         check_model_output(&self.output)?;
         let training = if self.from.is_dir() { self.of_run(&registry)? } else { self.of_config(&registry)? };
-        let Training { experiment, dataset, name, score, certainty, quantized } = training;
+        let Training { experiment, dataset, name, score, certainty, intervals, quantized } = training;
         detail(format!("{name} on {} samples, digest {}", dataset.x.shape()[0], dataset.digest));
         let runner = Runner { experiment: &experiment, registry: &registry, dataset: &dataset };
         let threads = Some(self.threads.count()?);
@@ -111,7 +113,8 @@ impl Fit {
         // What the run measured counts before what the method says of its own samples.
         let own = model.card().certainty.clone();
         let certainty = certainty.or(own).filter(|_| !self.no_calibration);
-        let model = model.with_score(score);
+        let intervals = intervals.or(model.card().intervals.clone()).filter(|_| !self.no_calibration);
+        let model = model.with_score(score).with_intervals(intervals);
         let model = match certainty {
             Some(certainty) => model.with_certainty_of(certainty, &dataset)?,
             None => model.with_certainty(None),
@@ -151,7 +154,15 @@ impl Fit {
             }
         };
         let dataset = experiment.dataset().map_err(|e| with_option_hint(e, None))?;
-        Ok(Training { dataset, experiment, name, score: None, certainty: None, quantized: false })
+        Ok(Training {
+            dataset,
+            experiment,
+            name,
+            score: None,
+            certainty: None,
+            intervals: None,
+            quantized: false,
+        })
     }
 
     /// Returns the training of a run: the network that is named, or that suffices.
@@ -185,8 +196,12 @@ impl Fit {
             Some(result) => self.certainty(&folder, &results, &result.network, &dataset)?,
             None => None,
         };
+        let intervals = match found.filter(|_| same && !self.no_calibration) {
+            Some(result) => intervals(&folder, &results, &result.network, &dataset)?,
+            None => None,
+        };
         let quantized = floats.is_some();
-        Ok(Training { experiment, dataset, name, score, certainty, quantized })
+        Ok(Training { experiment, dataset, name, score, certainty, intervals, quantized })
     }
 
     /// Fits how sure a row may be to the predictions of its test parts.
@@ -197,10 +212,7 @@ impl Fit {
         row: &str,
         dataset: &Dataset,
     ) -> Result<Option<Certainty>, Box<dyn std::error::Error>> {
-        let mut records = vec![];
-        for key in folder.keys()?.iter().filter(|key| key.network == row) {
-            records.extend(folder.record(key)?);
-        }
+        let records = records_of(folder, row)?;
         let Some(held) = HeldOut::of_folds(&records, dataset) else { return Ok(None) };
         let parts = HeldOutParts::of(&results.protocol);
         let levels = Levels::of_task(&results.task);
@@ -250,4 +262,29 @@ impl Fit {
         let stem = self.output.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         self.output.parent().unwrap_or(Path::new("")).join(format!(".{stem}.{key}.session.safetensors"))
     }
+}
+
+/// Reads the records of a row of a run.
+fn records_of(folder: &RunFolder, row: &str) -> taxel::learn::Result<Vec<FoldRecord>> {
+    let mut records = vec![];
+    for key in folder.keys()?.iter().filter(|key| key.network == row) {
+        records.extend(folder.record(key)?);
+    }
+    Ok(records)
+}
+
+/// Fits the intervals of a row of values to the errors of its test parts.
+fn intervals(
+    folder: &RunFolder,
+    results: &Results,
+    row: &str,
+    dataset: &Dataset,
+) -> taxel::learn::Result<Option<Intervals>> {
+    let Some(held) = HeldOutValues::of_folds(&records_of(folder, row)?, dataset) else { return Ok(None) };
+    let intervals = Intervals::fit(&held, HeldOutParts::of(&results.protocol), &dataset.digest);
+    if intervals.is_none() {
+        let count = held.len();
+        note(format!("no intervals: the run has {count} predictions of {row}, and 30 are needed"));
+    }
+    Ok(intervals)
 }

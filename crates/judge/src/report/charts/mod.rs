@@ -5,6 +5,7 @@ mod certainty;
 mod confusion;
 mod curves;
 mod early;
+mod errors;
 mod faults;
 mod look;
 mod ranks;
@@ -28,6 +29,7 @@ pub(super) fn charts<'a>(judgement: &'a Judgement, choice: Option<&'a Choice>) -
     all.extend(early::shares(judgement));
     all.extend(certainty::reliability(judgement));
     all.extend(certainty::surest(judgement));
+    all.extend(errors::scatters(judgement));
     all.extend(curves::training(judgement));
     all.extend(curves::few_samples(judgement));
     all.extend(confusion::charts(judgement));

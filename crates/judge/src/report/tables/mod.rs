@@ -4,6 +4,7 @@ mod certainty;
 mod costs;
 mod early;
 mod eight_bits;
+mod errors;
 mod evidence;
 mod faults;
 mod guard;
@@ -56,6 +57,7 @@ pub(super) fn tables(judgement: &Judgement, choice: Option<&Choice>) -> Result<V
         all.extend([early::shares(&primary, early), early::decisions(early)]);
     }
     all.push(certainty::certainty(&judgement.certainty));
+    all.push(errors::errors(&judgement.errors));
     all.retain(|table| !table.rows.is_empty());
     Ok(all)
 }

@@ -6,6 +6,8 @@ use taxel::learn::certainty::{AnswerSet, FALSE_ALARMS};
 
 /// The class of a sample that is unlike those that the model has learned from.
 pub const UNKNOWN: &str = "unknown";
+/// Share of cases in which an interval is to hold the true value.
+const USUAL: f64 = 0.9;
 
 /// `--unknown` and `--set`.
 #[derive(Args, Clone, Copy)]
@@ -14,7 +16,8 @@ pub struct CertaintyOptions {
     /// never does [default: 0.05 where the model knows what is familiar].
     #[arg(long, value_name = "SHARE")]
     unknown: Option<f32>,
-    /// Adds the set of classes that holds the true one in this share of cases: 0.8, 0.9, 0.95 or 0.99.
+    /// Adds the set of classes that holds the true one in this share of cases: 0.8, 0.9, 0.95 or 0.99. Of values, the share of
+    /// cases in which their interval holds the true one [default: 0.9].
     #[arg(long, value_name = "SHARE")]
     set: Option<f64>,
 }
@@ -40,7 +43,7 @@ impl CertaintyOptions {
             None if has_gate => FALSE_ALARMS,
             None => 0.0,
         };
-        let sets = match self.set {
+        let sets = match self.set.filter(|_| card.task.quantities().is_empty()) {
             None => None,
             Some(share) => match certainty.map(|certainty| (certainty, certainty.sets_at(share))) {
                 Some((_, Some(sets))) => Some(sets.clone()),
@@ -51,5 +54,26 @@ impl CertaintyOptions {
             },
         };
         Ok((limit, sets))
+    }
+
+    /// Returns the share of cases in which the intervals of values are to hold the true one; none of classes, and of a model
+    /// without intervals. Refuses a share that the model does not have.
+    pub fn interval(&self, card: &Card) -> Result<Option<f64>, String> {
+        if card.task.quantities().is_empty() {
+            return Ok(None);
+        }
+        let shares: Vec<f64> = card.intervals.iter().flat_map(|all| &all.at).map(|at| at.share).collect();
+        match self.set {
+            None => Ok(shares.contains(&USUAL).then_some(USUAL)),
+            Some(share) if shares.contains(&share) => Ok(Some(share)),
+            Some(share) if shares.is_empty() => Err(format!(
+                "--set {share}: {} has no intervals; fit it from a run folder (taxel fit RUN)",
+                card.name
+            )),
+            Some(share) => {
+                let shares: Vec<String> = shares.iter().map(f64::to_string).collect();
+                Err(format!("--set {share}: {} has intervals for {}", card.name, shares.join(", ")))
+            }
+        }
     }
 }

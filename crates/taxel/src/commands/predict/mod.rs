@@ -95,6 +95,8 @@ struct SamplePredictions<'a> {
     unknown: f32,
     /// Sets of classes, where they are asked for.
     sets: Option<&'a AnswerSet>,
+    /// Share of samples whose intervals hold the true values; none without intervals.
+    interval: Option<f64>,
 }
 
 impl Predict {
@@ -105,6 +107,7 @@ impl Predict {
         let model = Model::open(&self.model)?;
         let card = model.card();
         let (unknown, sets) = self.certainty.of(card)?;
+        let interval = self.certainty.interval(card)?;
         let (Recordings { x, origins, starts, truth, .. }, options) = self.recordings().of(card)?;
         let mut predictor = model.predictor(card.batch(), self.threads.count()?)?;
         if self.no_guard {
@@ -130,6 +133,7 @@ impl Predict {
             is_calibrated: card.certainty.is_some(),
             unknown,
             sets: sets.as_ref(),
+            interval,
         };
         self.write(&samples)?;
         if let Some(line) = replaced.and_then(Replaced::summary) {
@@ -186,7 +190,9 @@ impl SamplePredictions<'_> {
             }
         }
         let quantities = self.predictions.task.quantities();
-        let values: Vec<String> = quantities.iter().map(with_unit).collect();
+        let interval = self.interval.map(|share| format!("{:.0} % interval", 100.0 * share));
+        let of_quantity = |quantity| [Some(with_unit(quantity)), interval.clone()].into_iter().flatten();
+        let values: Vec<String> = quantities.iter().flat_map(of_quantity).collect();
         header.extend(self.familiarity().map(|_| "familiarity".to_string()));
         header.extend(self.sets.map(|sets| format!("{:.0} % set", 100.0 * sets.share)));
         header.extend(values.iter().cloned());
@@ -205,7 +211,11 @@ impl SamplePredictions<'_> {
             }
             cells.extend(self.familiarity().map(|all| format!("{:.2}", all[i])));
             cells.extend(self.sets.map(|sets| self.set_words(sets, i)));
-            cells.extend(self.predictions.values(i).into_iter().map(|(_, value)| format!("{value:.3}")));
+            let ends = self.ends(i).unwrap_or_default();
+            for (at, (_, value)) in self.predictions.values(i).into_iter().enumerate() {
+                cells.push(format!("{value:.3}"));
+                cells.extend(ends.get(at).map(|[low, high]| format!("{low:.3} to {high:.3}")));
+            }
             cells.extend(self.replaced.map(|replaced| replaced.words(i)));
             cells
         };
@@ -224,6 +234,10 @@ impl SamplePredictions<'_> {
         let has_labels = task.quantities().is_empty();
         let outputs =
             task.output_names().into_iter().map(|name| if has_labels { format!("p({name})") } else { name });
+        let quantities = task.quantities().iter().filter(|_| self.interval.is_some());
+        let ends =
+            quantities.flat_map(|quantity| ["low", "high"].map(|end| format!("{}_{end}", quantity.name)));
+        let outputs = outputs.chain(ends);
         let start = self.starts.map(|_| "start".to_string());
         let likeliest =
             self.predictions.task.attributes().into_iter().filter(|_| self.familiarity().is_some());
@@ -246,7 +260,9 @@ impl SamplePredictions<'_> {
             let start = self.starts.map(|starts| starts[i].to_string());
             let sample = [self.origins[i].clone()].into_iter().chain(start);
             let replaced = self.replaced.map(|replaced| replaced.count(i).to_string());
-            let cells = sample.chain(cells).chain(outputs.iter().map(f32::to_string)).chain(likeliest);
+            let ends = self.ends(i).unwrap_or_default().concat();
+            let outputs = outputs.iter().chain(&ends).map(f32::to_string);
+            let cells = sample.chain(cells).chain(outputs).chain(likeliest);
             grid.row(cells.chain(familiarity).chain(set).chain(replaced));
         }
         grid.csv()
@@ -274,6 +290,11 @@ impl SamplePredictions<'_> {
             } else {
                 json!({ "sample": self.origins[i], "predicted": outputs })
             };
+            if let Some(ends) = self.ends(i) {
+                let named: serde_json::Map<_, _> =
+                    names.iter().cloned().zip(ends.into_iter().map(|ends| json!(ends))).collect();
+                sample["interval"] = named.into();
+            }
             if is_unknown {
                 sample["likeliest"] = named(&|class| json!(class)).into();
             }
@@ -294,6 +315,7 @@ impl SamplePredictions<'_> {
         let all = json!({
             "answers": (0..self.predictions.len()).map(one).collect::<Vec<_>>(),
             "calibrated": self.is_calibrated,
+            "interval_share": self.interval,
             "accuracy_percent": self.right().map(|(right, of)| 100.0 * right as f64 / of as f64),
         });
         Ok(serde_json::to_string_pretty(&all)? + "\n")
@@ -309,6 +331,11 @@ impl SamplePredictions<'_> {
             npz.add("probabilities", &[n, self.predictions.width()], outputs)?;
         } else {
             npz.add("predicted", &shape(self.predictions.width()), outputs)?;
+            if let Some(share) = self.interval {
+                let ends: Vec<f32> = (0..n).filter_map(|i| self.ends(i)).flatten().flatten().collect();
+                npz.add("interval", &[n, self.predictions.width(), 2], &ends)?;
+                npz.add("interval_share", &[], &[share])?;
+            }
         }
         if let Some(familiarity) = self.familiarity() {
             npz.add("familiarity", &[n], familiarity)?;
@@ -325,6 +352,11 @@ impl SamplePredictions<'_> {
             npz.add("recording", &[n], &self.recordings())?;
         }
         npz.finish()
+    }
+
+    /// Returns the ends of the intervals of a sample.
+    fn ends(&self, i: usize) -> Option<Vec<[f32; 2]>> {
+        self.predictions.intervals(i, self.interval?)
     }
 
     fn familiarity(&self) -> Option<&Vec<f32>> {

@@ -37,7 +37,9 @@ struct DecisionLine<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     recording: Option<&'a str>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    values: Option<ByName<'a>>,
+    values: Option<ByName<'a, f32>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    interval: Option<ByName<'a, [f32; 2]>>,
     #[serde(flatten)]
     labels: Option<PredictedLabels<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -58,7 +60,7 @@ struct PredictedLabels<'a> {
     likeliest: Option<LikeliestClasses<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     set: Option<Sets<'a>>,
-    probabilities: Option<ByName<'a>>,
+    probabilities: Option<ByName<'a, f32>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     familiarity: Option<f32>,
 }
@@ -116,9 +118,9 @@ impl Serialize for Sets<'_> {
 }
 
 /// Outputs of a model by their names.
-struct ByName<'a>(&'a [String], &'a [f32]);
+struct ByName<'a, T>(&'a [String], &'a [T]);
 
-impl Serialize for ByName<'_> {
+impl<T: Serialize> Serialize for ByName<'_, T> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.collect_map(self.0.iter().zip(self.1))
     }
@@ -194,6 +196,9 @@ impl DecisionWriter {
             reading: decision.reading,
             recording: self.recording.as_deref(),
             values: outputs.filter(|_| !has_labels).map(|values| ByName(&self.outputs, values)),
+            interval: outputs
+                .filter(|_| !decision.intervals.is_empty())
+                .map(|_| ByName(&self.outputs, decision.intervals)),
             labels: has_labels.then(|| PredictedLabels {
                 class: classes.map(|classes| LikeliestClasses { is_unknown: decision.is_unknown, ..classes }),
                 likeliest: classes.filter(|_| decision.is_unknown),
