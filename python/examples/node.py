@@ -45,8 +45,12 @@ def from_topic(stream: taxel.Stream, topic: str) -> None:
 
 
 def words(stream: taxel.Stream, decision: taxel.Decision) -> str:
-    """`149 shore-10 0.912`, and what is wrong with the channels."""
+    """`149 shore-10 0.912`, and what is wrong with the channels; of a model of values `149 3.52 N`."""
     broken = "".join(f" {what}={getattr(decision, what)}" for what in ("dead", "stuck") if getattr(decision, what))
+    if decision.values is not None:
+        units = [unit or "" for unit in stream.model.units]
+        values = ", ".join(f"{value:.4g} {unit}".strip() for value, unit in zip(decision.values.values(), units))
+        return f"{decision.reading} {values}{broken}"
     return f"{decision.reading} {decision.answer} {decision.probabilities.max():.3f}{broken}"
 
 

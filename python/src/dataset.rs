@@ -3,9 +3,12 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn};
+use numpy::{
+    IntoPyArray, PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyReadonlyArray2, PyReadonlyArrayDyn,
+};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
+use taxel::data::Quantity;
 use taxel::experiment::simulated;
 use taxel::{Experiment, Layout, Source, scenes};
 
@@ -25,7 +28,10 @@ pub struct Dataset {
 struct ArrayFacts {
     name: String,
     layout: String,
+    /// One of each sample; none of values.
     labels: Vec<String>,
+    /// Name of each value, and unit where it does not stand in the name.
+    quantities: Vec<(String, Option<String>)>,
     groups: Option<Vec<String>>,
     official: Option<Vec<bool>>,
     channels: Option<Vec<String>>,
@@ -38,14 +44,36 @@ struct ArrayFacts {
 
 #[pymethods]
 impl Dataset {
-    /// Makes a data set of samples in memory, which are copied once.
+    /// Makes a data set of samples in memory, which are copied once; `values` `[n, quantities]` are their targets in place of
+    /// the labels.
     #[staticmethod]
-    fn of_arrays(py: Python<'_>, x: PyReadonlyArrayDyn<'_, f32>, facts: ArrayFacts) -> PyResult<Self> {
+    #[pyo3(signature = (x, facts, values=None))]
+    fn of_arrays(
+        py: Python<'_>,
+        x: PyReadonlyArrayDyn<'_, f32>,
+        facts: ArrayFacts,
+        values: Option<PyReadonlyArray2<'_, f32>>,
+    ) -> PyResult<Self> {
         let x = x.as_array();
+        let values: Option<Vec<f32>> = values.map(|values| values.as_array().iter().copied().collect());
         short(py, || {
             let layout: Layout = facts.layout.parse().map_err(refused)?;
+            let samples = x.shape().first().copied().unwrap_or(0);
+            // What becomes values begins as one class.
+            let labels = if values.is_some() { vec!["0".to_string(); samples] } else { facts.labels };
             let mut dataset =
-                taxel::Dataset::new(&facts.name, layout, x.to_owned(), &facts.labels).map_err(raised)?;
+                taxel::Dataset::new(&facts.name, layout, x.to_owned(), &labels).map_err(raised)?;
+            if let Some(values) = values {
+                let names: Vec<&String> = facts.quantities.iter().map(|(name, _)| name).collect();
+                // A name that stands without a unit may end in it.
+                let mut quantities = Quantity::named(&names);
+                for (quantity, (name, unit)) in quantities.iter_mut().zip(facts.quantities) {
+                    if unit.is_some() {
+                        *quantity = Quantity { name, unit };
+                    }
+                }
+                dataset = dataset.with_values(quantities, values).map_err(raised)?;
+            }
             if let Some(groups) = &facts.groups {
                 dataset = dataset.with_groups(groups).map_err(raised)?;
             }
@@ -150,9 +178,10 @@ impl Dataset {
     /// Returns the facts about the samples, as JSON.
     fn facts(&self) -> String {
         let dataset = &*self.inner;
+        let classes = if dataset.targets.values().is_some() { vec![] } else { dataset.output_names() };
         serde_json::json!({
-            "name": dataset.name, "source": dataset.source, "digest": dataset.digest, "classes": dataset.output_names(),
-            "reading": dataset.spec, "official": dataset.official.is_some(),
+            "name": dataset.name, "source": dataset.source, "digest": dataset.digest, "classes": classes,
+            "quantities": dataset.task().quantities(), "reading": dataset.spec, "official": dataset.official.is_some(),
         })
         .to_string()
     }

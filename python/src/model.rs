@@ -5,12 +5,14 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use numpy::ndarray::ArrayView1;
-use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2, PyReadonlyArrayDyn};
+use numpy::{
+    IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray2, PyReadonlyArrayDyn,
+};
 use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use taxel::judge::speed;
-use taxel::{Predictions, Predictor};
+use taxel::{Card, Predictions, Predictor};
 
 use crate::dataset::Dataset;
 use crate::raise::{raised, refused};
@@ -40,6 +42,44 @@ impl Model {
         *ready = Some((threads, predictor.clone()));
         Ok(predictor)
     }
+
+    /// Predicts samples; warns of values far outside those of the training.
+    fn asked(
+        &self,
+        py: Python<'_>,
+        x: &PyReadonlyArrayDyn<'_, f32>,
+        threads: Option<usize>,
+    ) -> PyResult<Predictions> {
+        let x = x.as_array();
+        let (said, far) = short(py, || {
+            let predictor = self.predictor(taxel::learn::threads(threads))?;
+            let said = predictor.predict(&x).map_err(raised)?;
+            Ok((said, predictor.range_warning(&x).map_err(raised)?))
+        })?;
+        if let Some(words) = far.and_then(|words| CString::new(words).ok()) {
+            PyErr::warn(py, &py.get_type::<PyUserWarning>(), &words, 2)?;
+        }
+        Ok(said)
+    }
+}
+
+/// Refuses a share of samples for which a model has no intervals.
+pub fn refuse_share(card: &Card, share: f64) -> PyResult<()> {
+    let name = &card.name;
+    if card.task.quantities().is_empty() {
+        return Err(refused(format!("{name} answers classes, which have no intervals: use predict_set")));
+    }
+    let Some(intervals) = &card.intervals else {
+        return Err(refused(format!(
+            "{name} has no intervals, which are fitted to 30 held-out predictions or more: fit it from a run folder (taxel \
+             fit RUN); ridge and MiniRocket have them wherever they are fitted"
+        )));
+    };
+    if intervals.at(share).is_none() {
+        let shares: Vec<String> = intervals.at.iter().map(|at| at.share.to_string()).collect();
+        return Err(refused(format!("{name} has no intervals at {share}, but at {}", shares.join(", "))));
+    }
+    Ok(())
 }
 
 /// Numbers of the likeliest classes `[n · attributes]`, and probabilities `[n, outputs]`.
@@ -83,19 +123,27 @@ impl Model {
         x: PyReadonlyArrayDyn<'py, f32>,
         threads: Option<usize>,
     ) -> PyResult<PredictedArrays<'py>> {
-        let x = x.as_array();
-        let (said, far) = short(py, || {
-            let predictor = self.predictor(taxel::learn::threads(threads))?;
-            let said = predictor.predict(&x).map_err(raised)?;
-            Ok((said, predictor.range_warning(&x).map_err(raised)?))
-        })?;
-        if let Some(words) = far.and_then(|words| CString::new(words).ok()) {
-            PyErr::warn(py, &py.get_type::<PyUserWarning>(), &words, 2)?;
-        }
+        let said = self.asked(py, &x, threads)?;
         let outputs = said.width();
         let Predictions { labels, outputs: probabilities, .. } = said;
         let n = probabilities.len() / outputs.max(1);
         Ok((labels.into_pyarray(py), probabilities.into_pyarray(py).reshape([n, outputs])?))
+    }
+
+    /// Returns the intervals `[n, quantities, 2]` that hold the true values in `share` of samples.
+    #[pyo3(signature = (x, share, threads=None))]
+    fn intervals<'py>(
+        &self,
+        py: Python<'py>,
+        x: PyReadonlyArrayDyn<'py, f32>,
+        share: f64,
+        threads: Option<usize>,
+    ) -> PyResult<Bound<'py, PyArray3<f32>>> {
+        refuse_share(self.inner.card(), share)?;
+        let said = self.asked(py, &x, threads)?;
+        let rows = (0..said.len()).filter_map(|i| said.intervals(i, share));
+        let ends: Vec<f32> = rows.flatten().flatten().collect();
+        ends.into_pyarray(py).reshape([said.len(), said.width(), 2])
     }
 
     /// Returns how familiar each sample is to the model, 0.01..1; none of a model that does not know.

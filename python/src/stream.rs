@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use taxel::stream::{Condition, Decider, StreamOptions};
 
-use crate::model::Model;
+use crate::model::{Model, refuse_share};
 use crate::raise::{raised, refused};
 use crate::work::short;
 
@@ -20,7 +20,7 @@ pub struct Stream {
 #[pymethods]
 impl Stream {
     #[new]
-    #[pyo3(signature = (model, hop=None, contact=false, before=None, early=None, least=None, full_scale=None, unknown=0.0))]
+    #[pyo3(signature = (model, hop=None, contact=false, before=None, early=None, least=None, full_scale=None, unknown=0.0, interval=None))]
     #[expect(clippy::too_many_arguments, reason = "as many as a stream has options")]
     fn new(
         py: Python<'_>,
@@ -32,7 +32,9 @@ impl Stream {
         least: Option<usize>,
         full_scale: Option<f32>,
         unknown: f32,
+        interval: Option<f64>,
     ) -> PyResult<Self> {
+        interval.map_or(Ok(()), |share| refuse_share(model.inner.card(), share))?;
         let options = StreamOptions {
             hop,
             contact,
@@ -41,6 +43,7 @@ impl Stream {
             least,
             full_scale,
             unknown,
+            interval,
             ..StreamOptions::default()
         };
         short(py, || {
@@ -78,6 +81,7 @@ impl Stream {
             Ok(values) => said.set_item("probabilities", values.to_vec().into_pyarray(py))?,
             Err(error) => said.set_item("refused", error.to_string())?,
         }
+        said.set_item("intervals", decision.intervals.to_vec())?;
         let health = decision.health;
         said.set_item("dead", health.in_condition(Condition::Dead).collect::<Vec<_>>())?;
         said.set_item("stuck", health.in_condition(Condition::Stuck).collect::<Vec<_>>())?;

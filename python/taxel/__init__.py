@@ -8,6 +8,9 @@
     model.save("hardness.safetensors")                         # `taxel predict hardness.safetensors press.csv`
     taxel.load("hardness.safetensors").predict(grasps.x[:3])
 
+Classes have :class:`Classifier` and :class:`MiniRocket`; values, such as a force, :class:`Regressor` and
+:class:`MiniRocketRegressor`.
+
 Arrays are `[samples, ..]`, float32 is read where it lies. The axes of a sample are its layout: `features` [values],
 `series` [channels, time], `image` [rows, columns], `colour` [3, rows, columns], `sequence` [frames, rows, columns],
 `fingers` [fingers, channels, time]. Settings (recipe, encoding, protocol) are dictionaries with the keys of taxel's
@@ -30,7 +33,7 @@ from ._stream import Decision, Stream
 from ._taxel import VERSION as __version__
 
 if TYPE_CHECKING:
-    from ._estimators import Classifier, MiniRocket
+    from ._estimators import Classifier, MiniRocket, MiniRocketRegressor, Regressor
 
 __all__ = [
     "Classifier",
@@ -39,8 +42,10 @@ __all__ = [
     "Flow",
     "Graph",
     "MiniRocket",
+    "MiniRocketRegressor",
     "Model",
     "Network",
+    "Regressor",
     "Report",
     "Run",
     "Stream",
@@ -63,7 +68,7 @@ __all__ = [
 
 def __getattr__(name: str) -> Any:
     # Estimators bring scikit-learn, a second of imports that `load` and `predict` do without.
-    if name in ("Classifier", "MiniRocket"):
+    if name in ("Classifier", "MiniRocket", "MiniRocketRegressor", "Regressor"):
         from . import _estimators
 
         return getattr(_estimators, name)

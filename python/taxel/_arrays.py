@@ -132,7 +132,7 @@ def labels(y: Any, samples: int) -> tuple[np.ndarray, list[str]]:
         if not np.isfinite(y).all():
             raise ValueError("Input y contains NaN or infinity; give each sample its class")
         if (y != np.round(y)).any():
-            raise ValueError("Unknown label type: continuous. Labels are classes: whole numbers or texts")
+            raise ValueError("Unknown label type: continuous. Classes are whole numbers or texts; values are for taxel.Regressor")
     try:
         classes = np.unique(y)
     except TypeError:
@@ -142,6 +142,87 @@ def labels(y: Any, samples: int) -> tuple[np.ndarray, list[str]]:
         raise ValueError(f"two classes go by one name: {names}; make them all texts")
     by_class = dict(zip(classes.tolist(), names))
     return classes, [by_class[own] for own in y.tolist()]
+
+
+def is_values(y: Any, task: str | None, quantities: Any) -> bool:
+    """Checks whether targets are values, not classes; by their type where nobody says it."""
+    if task not in (None, "classes", "values"):
+        raise ValueError(f"task is 'classes' or 'values', not {task!r}")
+    if quantities is not None and task == "classes":
+        raise ValueError("quantities are names of values: leave them out of classes")
+    if task is not None or quantities is not None:
+        return task != "classes"
+    y = np.asarray(y)
+    if y.dtype.kind != "f":
+        return False
+    if y.ndim == 2 and y.shape[1] > 1:
+        if len(y) and ((y == 0) | (y == 1)).all() and (y.sum(axis=1) == 1).all():
+            raise ValueError("y is one-hot: pass classes, y.argmax(axis=1), or say task='values'")
+        return True
+    finite = y[np.isfinite(y)]
+    return bool((finite != np.round(finite)).any())
+
+
+def values(y: Any, samples: int) -> np.ndarray:
+    """Returns targets that are values, as float32 [samples, quantities]."""
+    if y is None:
+        raise ValueError("requires y to be passed, but the target y is None")
+    if np.ma.isMaskedArray(y) and np.ma.getmaskarray(y).any():
+        raise ValueError("y is a masked array, whose mask would be dropped; leave samples without values out")
+    y = np.asarray(y)
+    if np.iscomplexobj(y):
+        raise ValueError("Complex data not supported: values are real numbers")
+    if y.dtype.kind not in "biufO":
+        raise ValueError(f"Unknown label type: values are numbers, not {y.dtype}; classes are for taxel.Classifier")
+    if y.ndim not in (1, 2) or 0 in y.shape[1:]:
+        raise ValueError(f"y of values is [samples] or [samples, quantities]; it has shape {y.shape}")
+    if len(y) != samples:
+        raise ValueError(f"x has {samples} samples, y {len(y)} values; give each sample its own")
+    try:
+        exact = y.reshape(samples, -1).astype(np.float64)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"Unknown label type: values are numbers: {error}") from None
+    if not np.isfinite(exact).all():
+        raise ValueError("Input y contains NaN or infinity; leave samples without values out")
+    with np.errstate(over="ignore"):
+        own = exact.astype(np.float32)
+    if not np.isfinite(own).all():
+        raise ValueError("a value is larger than float32 holds; bring the values to another unit")
+    return own
+
+
+def quantities_of(named: Any, width: int) -> list[tuple[str, str | None]]:
+    """Lists name and unit of each of `width` quantities; `y`, or `y-0`, `y-1`, where nobody names them."""
+    if named is None:
+        return [("y" if width == 1 else f"y-{at}", None) for at in range(width)]
+    named = [named] if isinstance(named, str) else list(named)
+    pairs: list[tuple[str, str | None]] = []
+    for own in named:
+        pair = (own, None) if isinstance(own, str) else tuple(own) if isinstance(own, (tuple, list)) else ()
+        if len(pair) != 2 or not isinstance(pair[0], str) or not isinstance(pair[1], (str, type(None))):
+            raise TypeError(f"a quantity is a name, or a pair of name and unit, not {own!r}")
+        pairs.append((pair[0], pair[1]))
+    if len(pairs) != width:
+        raise ValueError(f"quantities is {len(pairs)} name{'s' * (len(pairs) != 1)}, and y has {width} column{'s' * (width != 1)}")
+    return pairs
+
+
+def refuse_weights(weights: Any, samples: int) -> None:
+    """Refuses weights of samples other than equal ones, which change nothing."""
+    if weights is None:
+        return
+    own = np.asarray(weights, dtype=np.float64)
+    if own.shape not in ((), (samples,)):
+        raise ValueError(f"sample_weight is one number for each of {samples} samples; it has shape {own.shape}")
+    if not np.isfinite(own).all() or (own < 0).any():
+        raise ValueError("sample_weight holds a number that is negative, NaN or infinite")
+    if not own.any():
+        raise ValueError("sample_weight is zero for every sample")
+    if own.ndim and (own != own[0]).any():
+        raise ValueError(
+            "samples cannot be weighed: training counts all alike, so only equal sample_weight is taken. Leave it out; repeat or "
+            "drop samples instead"
+        )
 
 
 def _name(label: Any) -> str:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 try:
-    from sklearn.base import BaseEstimator, ClassifierMixin
+    from sklearn.base import BaseEstimator, ClassifierMixin, RegressorMixin
     from sklearn.exceptions import NotFittedError
 except ImportError:
 
@@ -43,5 +43,19 @@ except ImportError:
             """Share of the samples that are answered right."""
             return float(np.average(self.predict(X) == np.asarray(y), weights=sample_weight))  # type: ignore[attr-defined]
 
+    class RegressorMixin:  # type: ignore[no-redef]
+        """R² as the score, as of scikit-learn's class of that name."""
 
-__all__ = ["BaseEstimator", "ClassifierMixin", "NotFittedError"]
+        def score(self, X: Any, y: Any, sample_weight: Any = None) -> float:
+            """R², of several quantities their mean; 1 is right, 0 as good as the mean of `y`."""
+            y = np.asarray(y, dtype=np.float64)
+            y = y.reshape(len(y), -1)
+            missed = y - np.asarray(self.predict(X), dtype=np.float64).reshape(y.shape)  # type: ignore[attr-defined]
+            spread = y - np.average(y, axis=0, weights=sample_weight)
+            missed, spread = (np.average(own**2, axis=0, weights=sample_weight) for own in (missed, spread))
+            # Of equal true values scikit-learn says 1 where they are met, else 0.
+            shares = np.where(spread > 0, 1 - missed / np.where(spread > 0, spread, 1), missed == 0)
+            return float(shares.mean())
+
+
+__all__ = ["BaseEstimator", "ClassifierMixin", "NotFittedError", "RegressorMixin"]

@@ -9,7 +9,7 @@ from typing import Any, Mapping, Sequence
 import numpy as np
 
 from . import _taxel
-from ._arrays import labels, layout_of, names_of, readings, refuse_empty
+from ._arrays import is_values, labels, layout_of, names_of, quantities_of, readings, refuse_empty, values
 from ._settings import seed_of, text
 
 
@@ -20,8 +20,16 @@ class Dataset:
     ----------
     x : array [samples, ..]
         Readings in their own unit; nothing is scaled. Copied once, into the data set.
-    y : array [samples]
-        The class of each sample: whole numbers or texts.
+    y : array [samples] or [samples, quantities]
+        The class of each sample, or its values, such as a force. Texts, integers, and floats [samples] that are all whole
+        numbers are classes. Floats [samples] that are not all whole, and floats [samples, quantities] of two or more, are
+        values. `task` and `quantities` say otherwise. Estimators do not guess: classifiers take whole numbers and texts
+        as classes and refuse other floats; regressors take all numbers as values.
+    task : str, optional
+        `"values"` or `"classes"`, where the type of `y` does not say it.
+    quantities : sequence of str or of (str, str), optional
+        Names of the values, or pairs of name and unit: `[("force", "N")]`. A known unit at the end of a name is taken as its
+        unit: `["force_N"]`. `y` that has them is values. By default `y`, of several `y-0`, `y-1`.
     layout : str, optional
         What the axes of a sample are. By their number: `features`, `series`, `sequence`; say `image`, `colour` or
         `fingers`.
@@ -45,6 +53,8 @@ class Dataset:
         x: Any,
         y: Any,
         *,
+        task: str | None = None,
+        quantities: Sequence[str | tuple[str, str | None]] | None = None,
         layout: str | None = None,
         groups: Any = None,
         official: Any = None,
@@ -61,11 +71,13 @@ class Dataset:
         x = readings(x)
         layout = layout_of(x, layout)
         refuse_empty(x)
-        classes, names = labels(y, len(x))
+        own = values(y, len(x)) if is_values(y, task, quantities) else None
+        classes, names = labels(y, len(x)) if own is None else (np.array([], dtype=str), [])
         facts = {
             "name": str(name),
             "layout": layout,
             "labels": names,
+            "quantities": [] if own is None else quantities_of(quantities, own.shape[1]),
             "groups": None if groups is None else [str(own) for own in np.asarray(groups).tolist()],
             "official": None if official is None else [bool(own) for own in np.asarray(official).tolist()],
             "channels": channels,
@@ -75,9 +87,10 @@ class Dataset:
             "rest": None if rest is None else np.atleast_1d(np.asarray(rest, dtype=np.float32)).tolist(),
             "source": source,
         }
-        self._fill(_taxel.Dataset.of_arrays(x, facts))
+        self._fill(_taxel.Dataset.of_arrays(x, facts, own))
         self.classes: np.ndarray = classes
-        self._y = np.array(y).reshape(len(x))
+        if own is None:
+            self._y = np.array(y).reshape(len(x))
 
     def _fill(self, native: Any) -> None:
         self._native = native
@@ -89,6 +102,7 @@ class Dataset:
         self._facts: dict[str, Any] = json.loads(native.facts())
         #: True physical values [samples] by name, of simulated samples.
         self.truth: dict[str, np.ndarray] = {}
+        #: The classes, sorted; none of values.
         self.classes = np.array(self._facts["classes"])
 
     @classmethod
@@ -106,14 +120,29 @@ class Dataset:
 
     @property
     def y(self) -> np.ndarray:
-        """The class of each sample [samples]; of targets that are values these [samples], or [samples, quantities]."""
+        """The class of each sample [samples]; of values these, float32 [samples], or [samples, quantities]."""
         if self._y is None:
-            values = self._native.values()
-            if values is None:
+            own = self._native.values()
+            if own is None:
                 self._y = self.classes[self._native.y()]
             else:
-                self._y = values[:, 0] if values.shape[1] == 1 else values
+                self._y = own[:, 0] if own.shape[1] == 1 else own
         return self._y
+
+    @property
+    def task(self) -> str:
+        """What the targets are: `classes` or `values`."""
+        return "values" if self._facts["quantities"] else "classes"
+
+    @property
+    def quantities(self) -> list[str]:
+        """Names of the values; none of classes."""
+        return [own["name"] for own in self._facts["quantities"]]
+
+    @property
+    def units(self) -> list[str | None]:
+        """Units of the values, None where nobody says one; none of classes."""
+        return [own.get("unit") for own in self._facts["quantities"]]
 
     @property
     def groups(self) -> np.ndarray | None:
@@ -170,7 +199,7 @@ class Dataset:
         own.classes = self.classes
         # The library may number classes in another order: by value where their names are numbers.
         own._y = self.y[rows]
-        own.truth = {name: values[rows] for name, values in self.truth.items()}
+        own.truth = {name: true[rows] for name, true in self.truth.items()}
         return own
 
     def save(self, path: str | os.PathLike[str]) -> None:
@@ -183,7 +212,9 @@ class Dataset:
 
     def __repr__(self) -> str:
         shape = "×".join(map(str, self.shape))
-        return f"<taxel.Dataset {self.source}: {len(self)} samples, {self.layout} {shape}, {len(self.classes)} classes>"
+        named = [name if unit is None else f"{name} ({unit})" for name, unit in zip(self.quantities, self.units)]
+        said = f"values of {', '.join(named)}" if named else f"{len(self.classes)} classes"
+        return f"<taxel.Dataset {self.source}: {len(self)} samples, {self.layout} {shape}, {said}>"
 
 
 def read(path: str | os.PathLike[str], **options: Any) -> Dataset:
@@ -191,7 +222,8 @@ def read(path: str | os.PathLike[str], **options: Any) -> Dataset:
     folders, ROS 2 bags, LeRobot sets.
 
     `options` are the keys of the table `[data]` of a config file, such as `channels=[0, 1]`,
-    `length={"kind": "resample", "to": 300}`, `layout="image"`, `full_scale=1023`.
+    `length={"kind": "resample", "to": 300}`, `layout="image"`, `full_scale=1023`; `y=["force_N", "depth_mm"]` and
+    `task="values"` for targets that are values.
 
     >>> import taxel
     >>> taxel.read("missing.npz")
@@ -248,8 +280,16 @@ def effects(scene: str) -> list[dict[str, Any]]:
 
 
 def of(x: Any, y: Any, facts: Mapping[str, Any]) -> Dataset:
-    """`x` itself where it is a data set, or one made of arrays."""
+    """`x` itself where it is a data set, or one made of arrays; a task among the facts is what it has to pose."""
     if isinstance(x, Dataset):
+        facts = dict(facts)
+        task = facts.pop("task", None)
+        if task not in (None, x.task):
+            words = {
+                "classes": f"the targets are values ({', '.join(x.quantities)}), and classes are needed; taxel.Regressor learns values",
+                "values": "the targets are classes, and values are needed: taxel.Dataset(x, y, task='values') makes numbers values",
+            }
+            raise ValueError(words.get(task, f"task is 'classes' or 'values', not {task!r}"))
         if y is not None:
             raise TypeError("a Dataset has its labels already; leave y out")
         given = sorted(key for key, value in facts.items() if value is not None and key != "name")

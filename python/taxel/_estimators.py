@@ -9,8 +9,8 @@ from typing import Any, Mapping
 import numpy as np
 
 from . import _taxel
-from ._arrays import matched, order, readings
-from ._base import BaseEstimator, ClassifierMixin, NotFittedError
+from ._arrays import matched, order, readings, refuse_weights
+from ._base import BaseEstimator, ClassifierMixin, NotFittedError, RegressorMixin
 from ._config import Networks
 from ._dataset import Dataset, of
 from ._model import Model
@@ -18,17 +18,24 @@ from ._network import Graph
 from ._settings import seed_of, text
 
 
-class _Fitted(ClassifierMixin, BaseEstimator):
+class _Fitted(BaseEstimator):
     """What all estimators have in common: fitting by a config, answering by a model."""
 
-    def fit(self, X: Any, y: Any = None, *, groups: Any = None) -> Any:
-        """Trains on raw readings `X` [samples, ..] (or a :class:`taxel.Dataset`) with one label each.
+    #: What the targets are: `classes` or `values`.
+    _task = ""
 
-        Nothing has to be scaled or encoded before. `groups` [samples] are kept together where samples are held back for
-        early stopping. Ctrl-C ends the training with a KeyboardInterrupt.
+    def fit(self, X: Any, y: Any = None, sample_weight: Any = None, *, groups: Any = None) -> Any:
+        """Trains on raw readings `X` [samples, ..] with one target each, or on a :class:`taxel.Dataset`.
+
+        `y` are classes for classifiers: whole numbers or texts. For regressors they are numbers [samples], or [samples,
+        quantities]. Nothing has to be scaled or encoded before. `groups` [samples] are kept together where samples are held
+        back for early stopping. Samples cannot be weighed: a `sample_weight` [samples] is taken if all are equal, and refused
+        with a ValueError if not. Ctrl-C ends the training with a KeyboardInterrupt.
         """
-        facts = {"layout": self.layout, "full_scale": self.full_scale, "groups": groups, "name": self.name}
+        facts = {"task": self._task, "layout": self.layout, "full_scale": self.full_scale, "groups": groups, "name": self.name}
         data = of(X, y, facts)
+        refuse_weights(sample_weight, len(data))
+        self._refuse(data)
         with Networks() as networks:
             config, name = self._config(networks)
             config.update(name="fit", seed=seed_of(self.random_state), data={"path": data.name})
@@ -44,44 +51,30 @@ class _Fitted(ClassifierMixin, BaseEstimator):
                     self.verbose,
                 )
             )
-        self.classes_ = data.classes
         self.n_features_in_ = data.shape[0]
         if len(data.channels) == self.n_features_in_:
             self.feature_names_in_ = np.array(data.channels, dtype=object)
         elif hasattr(self, "feature_names_in_"):
             del self.feature_names_in_
-        self._order = order(self.classes_, self.model_.classes)
+        self._learned(data)
         return self
+
+    def _refuse(self, data: Dataset) -> None:
+        """Refuses samples that cannot be learned from."""
+
+    def _learned(self, data: Dataset) -> None:
+        """Keeps what answers need of the samples."""
 
     def _config(self, networks: Networks) -> tuple[dict[str, Any], str]:
         raise NotImplementedError
 
-    def predict(self, X: Any) -> np.ndarray:
-        """The class of each sample [samples], of raw readings `X` [samples, ..]."""
-        probabilities = self.predict_proba(X)
-        return self.classes_[probabilities.argmax(axis=1)]
-
-    def predict_proba(self, X: Any) -> np.ndarray:
-        """Probabilities [samples, classes], float32, in the order of `classes_`."""
+    def _read(self, X: Any) -> np.ndarray:
+        """Returns raw readings as the model takes them; refuses other features, and an estimator that is not fitted."""
         if not hasattr(self, "model_"):
             raise NotFittedError(f"This {type(self).__name__} instance is not fitted yet; call fit before it answers")
         X = self._by_name(X)
         self._refuse_other_features(X)
-        return self.model_.predict_proba(X, threads=self._threads())[:, self._order]
-
-    def predict_set(self, X: Any, share: float = 0.9) -> np.ndarray:
-        """Which classes are in the set of each sample [samples, classes], bool: see :meth:`Model.predict_set`."""
-        return self._asked(X).predict_set(self._by_name(X), share, threads=self._threads())[:, self._order]
-
-    def novelty(self, X: Any) -> np.ndarray:
-        """How unlike each sample is what was learned [samples], 0..0.99: see :meth:`Model.novelty`."""
-        return self._asked(X).novelty(self._by_name(X), threads=self._threads())
-
-    def _asked(self, X: Any) -> Model:
-        if not hasattr(self, "model_"):
-            raise NotFittedError(f"This {type(self).__name__} instance is not fitted yet; call fit before it answers")
-        self._refuse_other_features(self._by_name(X))
-        return self.model_
+        return X
 
     def _by_name(self, X: Any) -> np.ndarray:
         """Readings with the columns of a data frame, or the channels of a data set, in the order of `feature_names_in_`."""
@@ -125,12 +118,138 @@ class _Fitted(ClassifierMixin, BaseEstimator):
         tags = super().__sklearn_tags__()
         tags.input_tags.two_d_array = True
         tags.input_tags.three_d_array = True
+        return tags
+
+
+class _Classes(ClassifierMixin, _Fitted):
+    """Estimators of classes."""
+
+    _task = "classes"
+
+    def _learned(self, data: Dataset) -> None:
+        self.classes_ = data.classes
+        self._order = order(self.classes_, self.model_.classes)
+
+    def predict(self, X: Any) -> np.ndarray:
+        """The class of each sample [samples], of raw readings `X` [samples, ..]."""
+        probabilities = self.predict_proba(X)
+        return self.classes_[probabilities.argmax(axis=1)]
+
+    def predict_proba(self, X: Any) -> np.ndarray:
+        """Probabilities [samples, classes], float32, in the order of `classes_`."""
+        X = self._read(X)
+        return self.model_.predict_proba(X, threads=self._threads())[:, self._order]
+
+    def predict_set(self, X: Any, share: float = 0.9) -> np.ndarray:
+        """Which classes are in the set of each sample [samples, classes], bool: see :meth:`Model.predict_set`."""
+        X = self._read(X)
+        return self.model_.predict_set(X, share, threads=self._threads())[:, self._order]
+
+    def novelty(self, X: Any) -> np.ndarray:
+        """How unlike each sample is what was learned [samples], 0..0.99: see :meth:`Model.novelty`."""
+        X = self._read(X)
+        return self.model_.novelty(X, threads=self._threads())
+
+    def __sklearn_tags__(self) -> Any:
+        tags = super().__sklearn_tags__()
         tags.classifier_tags.multi_label = False
         return tags
 
 
-class Classifier(_Fitted):
-    """A network of the zoo, or of your own, trained by taxel's engine on the CPU.
+class _Values(RegressorMixin, _Fitted):
+    """Estimators of values."""
+
+    _task = "values"
+
+    def _refuse(self, data: Dataset) -> None:
+        if len(data) < 2:
+            raise ValueError("n_samples = 1: values are learned from 2 samples or more")
+
+    def predict(self, X: Any) -> np.ndarray:
+        """The value of each sample [samples], or its values [samples, quantities], float32, of raw readings `X` [samples, ..]."""
+        X = self._read(X)
+        return self.model_.predict(X, threads=self._threads())
+
+    def predict_interval(self, X: Any, share: float = 0.9) -> np.ndarray:
+        """The ends of the interval of each value [samples, 2], or [samples, quantities, 2]: see :meth:`Model.predict_interval`."""
+        X = self._read(X)
+        return self.model_.predict_interval(X, share, threads=self._threads())
+
+    def __sklearn_tags__(self) -> Any:
+        tags = super().__sklearn_tags__()
+        tags.target_tags.multi_output = True
+        return tags
+
+
+class _Network(_Fitted):
+    """Estimators that train a network."""
+
+    def __init__(
+        self,
+        network: str | Graph = "resnet8-lite-1d",
+        *,
+        recipe: Mapping[str, Any] | None = None,
+        encoding: Mapping[str, Any] | None = None,
+        settings: Mapping[str, Any] | None = None,
+        layout: str | None = None,
+        full_scale: float | None = None,
+        random_state: int | None = 0,
+        n_jobs: int | None = None,
+        verbose: bool | None = None,
+        name: str = "recordings",
+    ) -> None:
+        self.network = network
+        self.recipe = recipe
+        self.encoding = encoding
+        self.settings = settings
+        self.layout = layout
+        self.full_scale = full_scale
+        self.random_state = random_state
+        self.n_jobs = n_jobs
+        self.verbose = verbose
+        self.name = name
+
+    def _config(self, networks: Networks) -> tuple[dict[str, Any], str]:
+        own = networks.entry(self.network, self.settings, None)
+        config: dict[str, Any] = {"networks": [own], "train": dict(self.recipe or {}), "encoding": self.encoding, "baselines": []}
+        return config, own.get("label", own["name"])
+
+
+class _Rocket(_Fitted):
+    """Estimators on MiniRocket's features."""
+
+    def __init__(
+        self,
+        features: int = 10_000,
+        *,
+        encoding: Mapping[str, Any] | None = None,
+        layout: str | None = None,
+        full_scale: float | None = None,
+        random_state: int | None = 0,
+        n_jobs: int | None = None,
+        verbose: bool | None = None,
+        name: str = "recordings",
+    ) -> None:
+        self.features = features
+        self.encoding = encoding
+        self.layout = layout
+        self.full_scale = full_scale
+        self.random_state = random_state
+        self.n_jobs = n_jobs
+        self.verbose = verbose
+        self.name = name
+
+    def _entry(self) -> dict[str, Any]:
+        if isinstance(self.features, bool) or not isinstance(self.features, numbers.Integral):
+            raise TypeError(f"features is a whole number, not {self.features!r}")
+        return {"name": "mini-rocket", "features": int(self.features)}
+
+    def _config(self, networks: Networks) -> tuple[dict[str, Any], str]:
+        return {"networks": [], "baselines": [self._entry()], "encoding": self.encoding or {}}, "mini-rocket"
+
+
+class Classifier(_Classes, _Network):
+    """A network of the zoo, or of your own, trained by taxel's engine on the CPU to tell classes.
 
     Parameters
     ----------
@@ -168,9 +287,31 @@ class Classifier(_Fitted):
         it is predicted, in whatever order its columns are.
     """
 
+
+class Regressor(_Values, _Network):
+    """A network of the zoo, or of your own, trained by taxel's engine on the CPU to answer values, such as a force.
+
+    Parameters
+    ----------
+    network, encoding, settings, layout, full_scale, random_state, n_jobs, verbose, name
+        As of :class:`Classifier`; the network is `deep-mlp` by default.
+    recipe : dict, optional
+        The table `[train]` of a config. Its `loss` is `"huber"` by default, `"mean-squared-error"`, or one by which the
+        network says how far off it may be: `"gaussian-likelihood"`, `"quantiles"`. Values are scaled for the training.
+
+    Attributes
+    ----------
+    model_, n_features_in_, feature_names_in_
+        As of :class:`Classifier`. `model_.quantities` and `model_.units` say what the values are: name them with
+        `taxel.Dataset(x, y, quantities=[("force", "N")])`, which `fit` takes.
+
+    `predict_interval` needs held-out predictions. A network has them when it is fitted from a run folder, as by `taxel fit
+    RUN` on the folder of :func:`taxel.cross_validate`; :class:`MiniRocketRegressor` has them when it is fitted.
+    """
+
     def __init__(
         self,
-        network: str | Graph = "resnet8-lite-1d",
+        network: str | Graph = "deep-mlp",
         *,
         recipe: Mapping[str, Any] | None = None,
         encoding: Mapping[str, Any] | None = None,
@@ -182,24 +323,21 @@ class Classifier(_Fitted):
         verbose: bool | None = None,
         name: str = "recordings",
     ) -> None:
-        self.network = network
-        self.recipe = recipe
-        self.encoding = encoding
-        self.settings = settings
-        self.layout = layout
-        self.full_scale = full_scale
-        self.random_state = random_state
-        self.n_jobs = n_jobs
-        self.verbose = verbose
-        self.name = name
-
-    def _config(self, networks: Networks) -> tuple[dict[str, Any], str]:
-        own = networks.entry(self.network, self.settings, None)
-        config: dict[str, Any] = {"networks": [own], "train": dict(self.recipe or {}), "encoding": self.encoding, "baselines": []}
-        return config, own.get("label", own["name"])
+        super().__init__(
+            network,
+            recipe=recipe,
+            encoding=encoding,
+            settings=settings,
+            layout=layout,
+            full_scale=full_scale,
+            random_state=random_state,
+            n_jobs=n_jobs,
+            verbose=verbose,
+            name=name,
+        )
 
 
-class MiniRocket(_Fitted):
+class MiniRocket(_Classes, _Rocket):
     """MiniRocket's features and a ridge classifier (Dempster, Schmidt and Webb 2021): often what is recommended.
 
     Parameters
@@ -217,31 +355,18 @@ class MiniRocket(_Fitted):
         As of :class:`Classifier`.
     """
 
-    def __init__(
-        self,
-        features: int = 10_000,
-        *,
-        encoding: Mapping[str, Any] | None = None,
-        layout: str | None = None,
-        full_scale: float | None = None,
-        random_state: int | None = 0,
-        n_jobs: int | None = None,
-        verbose: bool | None = None,
-        name: str = "recordings",
-    ) -> None:
-        self.features = features
-        self.encoding = encoding
-        self.layout = layout
-        self.full_scale = full_scale
-        self.random_state = random_state
-        self.n_jobs = n_jobs
-        self.verbose = verbose
-        self.name = name
 
-    def _entry(self) -> dict[str, Any]:
-        if isinstance(self.features, bool) or not isinstance(self.features, numbers.Integral):
-            raise TypeError(f"features is a whole number, not {self.features!r}")
-        return {"name": "mini-rocket", "features": int(self.features)}
+class MiniRocketRegressor(_Values, _Rocket):
+    """MiniRocket's features, the level of each channel, and ridge regression: values without a network.
 
-    def _config(self, networks: Networks) -> tuple[dict[str, Any], str]:
-        return {"networks": [], "baselines": [self._entry()], "encoding": self.encoding or {}}, "mini-rocket"
+    Parameters
+    ----------
+    features, encoding, layout, full_scale, random_state, n_jobs, verbose, name
+        As of :class:`MiniRocket`.
+
+    Attributes
+    ----------
+    model_, n_features_in_, feature_names_in_
+        As of :class:`Regressor`. From 30 samples on it has intervals, without a run folder: the regression says what it would
+        answer to each sample had it not learned it.
+    """

@@ -62,6 +62,11 @@ class Model:
         return [quantity["name"] for quantity in self.card["task"].get("quantities", [])]
 
     @property
+    def units(self) -> list[str | None]:
+        """Units of the values that it answers, None where the data set said none; none of a model of classes."""
+        return [quantity.get("unit") for quantity in self.card["task"].get("quantities", [])]
+
+    @property
     def classes(self) -> list[str]:
         """Names of the columns of :meth:`predict_proba`; of several attributes `attribute:level`."""
         several = len(self.attributes) > 1
@@ -69,12 +74,13 @@ class Model:
 
     def answer(self, x: Any, *, threads: int | None = None) -> tuple[np.ndarray, np.ndarray]:
         """Numbers of the likeliest classes [samples] ([samples, attributes] of several) and probabilities
-        [samples, outputs], of raw samples `x` [samples, ..] of the shape that the card states.
+        [samples, outputs], of raw samples `x` [samples, ..] of the shape that the card states. Of a model of values no
+        numbers, and the values [samples, quantities].
 
         A float32 array is read where it lies; answers depend neither on threads nor on their neighbours. The columns of a
         data frame are found by the names that the model knows; others are left out.
         """
-        x = readings(matched(x, self.card["reading"].get("channel_names", []), strict=False))
+        x = self._readings(x)
         numbers, probabilities = self._native.predict(x, threads)
         several = len(self.attributes)
         return (numbers.reshape(-1, several) if several > 1 else numbers), probabilities
@@ -98,6 +104,16 @@ class Model:
             raise ValueError(f"{self.name} answers values ({', '.join(self.quantities)}), which have no probabilities: use predict")
         return self.answer(x, threads=threads)[1]
 
+    def predict_interval(self, x: Any, share: float = 0.9, *, threads: int | None = None) -> np.ndarray:
+        """The ends of an interval around each value [samples, 2], or [samples, quantities, 2], float32.
+
+        The interval holds the true value in `share` of cases: 0.8, 0.9, 0.95 or 0.99. `card["intervals"]` says what it covered
+        on held-out samples. A model has intervals if it was fitted from a run folder with 30 held-out predictions or more
+        (`taxel fit RUN`); ridge and MiniRocket have them wherever they are fitted.
+        """
+        ends = self._native.intervals(self._readings(x), float(share), threads)
+        return ends[:, 0] if len(self.quantities) == 1 else ends
+
     def predict_set(self, x: Any, share: float = 0.9, *, threads: int | None = None) -> np.ndarray:
         """Which classes are in the set of each sample [samples, outputs], bool, in the order of :attr:`classes`.
 
@@ -115,7 +131,9 @@ class Model:
 
         Of samples like those of the training 5 % are at 0.95 or above. Only a calibrated network, MiniRocket or SVM knows.
         """
-        x = readings(matched(x, self.card["reading"].get("channel_names", []), strict=False))
+        if self.quantities:
+            raise ValueError(f"{self.name} answers values, and only models of classes know what is familiar")
+        x = self._readings(x)
         familiarity = self._native.familiarity(x, threads)
         if familiarity is None:
             raise ValueError(
@@ -124,14 +142,19 @@ class Model:
         return 1 - familiarity
 
     def calibrated(self, data: Any, y: Any = None, *, groups: Any = None) -> Model:
-        """The same model, as sure as it is right on labelled samples that it has not learned from; nothing is trained.
+        """The same model, as sure as it is right on labelled samples that it has not learned from; nothing is trained. A model
+        of values has no probabilities to be calibrated and refuses.
 
         `data` is a :class:`taxel.Dataset`, or samples [samples, ..] with labels `y` [samples] of 30 or more, best of other objects,
         sessions or people than those of the training.
         """
         reading = self.card["reading"]
-        facts = {"layout": reading["layout"], "full_scale": reading.get("full_scale"), "groups": groups, "name": "calibration"}
+        task = "values" if self.quantities else "classes"
+        facts = {"task": task, "layout": reading["layout"], "full_scale": reading.get("full_scale"), "groups": groups, "name": "calibration"}
         return Model(self._native.calibrated(of(data, y, facts)._native))
+
+    def _readings(self, x: Any) -> np.ndarray:
+        return readings(matched(x, self.card["reading"].get("channel_names", []), strict=False))
 
     def latency(self, x: Any = None, *, seconds: float = 1.0) -> dict[str, Any]:
         """How long one answer takes on one thread of this machine, measured for about so many `seconds`.

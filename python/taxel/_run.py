@@ -42,7 +42,7 @@ class Run:
             return dict(file)
 
     def scores(self) -> dict[str, dict[str, float]]:
-        """Mean scores of each row in %: accuracy, precision, recall, f1."""
+        """Mean scores of each row in %: accuracy, precision, recall, f1; of values mae, rmse in their unit, r2 and others."""
         return {own["network"]: own["mean"] for own in self.results["networks"]}
 
     def models(self) -> dict[str, Model]:
@@ -120,13 +120,13 @@ def cross_validate(
 
     Parameters
     ----------
-    networks : str, taxel.Graph, taxel.Classifier, taxel.MiniRocket, dict, or a list of them
+    networks : str, taxel.Graph, dict, an estimator such as taxel.Classifier or taxel.Regressor, or a list of them
         Names of :func:`taxel.zoo`, networks of your own, estimators, or entries of a config's `[[networks]]`. `encoding`,
         `layout` and `full_scale` are those of the estimators where they are not given here; seed, threads and name of the
         data set are not.
     x, y
-        Raw readings [samples, ..] with one label each; or a :class:`taxel.Dataset`; or the path of recordings, as
-        :func:`taxel.read` takes it.
+        Raw readings [samples, ..] with one label each, or its values; or a :class:`taxel.Dataset`; or the path of
+        recordings, as :func:`taxel.read` takes it. Where estimators are among the networks, `y` is what they learn.
     groups : array [samples], optional
         Object, session or day of each sample. With groups given here no group is both trained and tested on, unless
         `protocol` says otherwise: accuracy on objects that were also in training flatters. Groups of a Dataset, or of
@@ -137,14 +137,15 @@ def cross_validate(
         Number of folds, or the table `[protocol]`. Default stratified 5-fold.
     baselines : list, optional
         Names (`"mini-rocket"`) or tables (`{"name": "k-nn", "k": 3}`); by default all that learn such targets, none
-        more where a :class:`taxel.MiniRocket` is among the networks. `[]` for none.
+        more where a :class:`taxel.MiniRocket` or :class:`taxel.MiniRocketRegressor` is among the networks. `[]` for none.
     out : path, optional
         The run folder, by default one that lasts as long as what is returned. Samples in memory are kept in it as
         `recordings.npz`, so that the command line can judge and fit from it.
     resume : bool
         Goes on with an interrupted run in `out`, to the same bytes.
     facts
-        `layout`, `unit`, `rate`, `full_scale`, `rest`, `official`, `source` of arrays, as of :class:`taxel.Dataset`.
+        `task`, `quantities`, `layout`, `unit`, `rate`, `full_scale`, `rest`, `official`, `source` of arrays, as of
+        :class:`taxel.Dataset`.
 
     Returns
     -------
@@ -155,10 +156,14 @@ def cross_validate(
     encoding = _agreed(networks, "encoding", encoding)
     for key in ("layout", "full_scale"):
         facts[key] = _agreed(networks, key, facts.get(key))
+    given = facts.pop("task", None)
+    task = _task(networks, given)
     if isinstance(x, (str, os.PathLike)):
-        x = read(x, **facts)
+        # Whole numbers in a file are classes where nobody asks for values.
+        asked = task if task == "values" else given
+        x = read(x, **facts, **({} if asked is None else {"task": asked}))
         facts = {}
-    data = of(x, y, {**facts, "groups": groups})
+    data = of(x, y, {**facts, "groups": groups, "task": task})
     temporary = tempfile.TemporaryDirectory(prefix="taxel-run-") if out is None else None
     folder = os.path.abspath(os.path.join(temporary.name, name) if temporary else os.fspath(out))  # type: ignore[arg-type]
     source, kept = _source(data, folder, seed)
@@ -214,9 +219,9 @@ def _protocol(protocol: Any, grouped: bool) -> dict[str, Any]:
 
 def _listed(networks: Any) -> list[Any]:
     """One network as a list of one."""
-    from ._estimators import Classifier, MiniRocket
+    from ._estimators import _Fitted
 
-    one = isinstance(networks, (str, Graph, Mapping, Classifier, MiniRocket))
+    one = isinstance(networks, (str, Graph, Mapping, _Fitted))
     networks = [networks] if one else list(networks)
     if not networks:
         raise ValueError("networks = []: name at least one network")
@@ -225,26 +230,36 @@ def _listed(networks: Any) -> list[Any]:
 
 def _agreed(networks: list[Any], key: str, given: Any) -> Any:
     """What is given, or else what the estimators among the networks agree on."""
-    from ._estimators import Classifier, MiniRocket
+    from ._estimators import _Fitted
 
     if given is not None:
         return given
-    told = [getattr(own, key) for own in networks if isinstance(own, (Classifier, MiniRocket))]
+    told = [getattr(own, key) for own in networks if isinstance(own, _Fitted)]
     told = [own for own in told if own is not None]
     if any(own != told[0] for own in told):
         raise ValueError(f"the estimators want different {key}s; all networks of a run read the same: give {key}=..")
     return told[0] if told else None
 
 
+def _task(networks: list[Any], given: str | None) -> str | None:
+    """Returns what the targets are, as it is given and as the estimators among the networks learn it."""
+    from ._estimators import _Fitted
+
+    told = {own._task for own in networks if isinstance(own, _Fitted)} | ({given} - {None})
+    if len(told) > 1:
+        raise ValueError("a run has classes or values: the estimators, or task, ask for both")
+    return next(iter(told), None)
+
+
 def _entries(networks: list[Any], files: Networks) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
     """Entries of `[[networks]]`, and baselines among the estimators."""
-    from ._estimators import Classifier, MiniRocket
+    from ._estimators import _Network, _Rocket
 
     entries, rockets = [], []
     for own in networks:
-        if isinstance(own, MiniRocket):
+        if isinstance(own, _Rocket):
             rockets.append(own._entry())
-        elif isinstance(own, Classifier):
+        elif isinstance(own, _Network):
             entries.append(files.entry(own.network, own.settings, own.recipe))
         elif isinstance(own, Mapping):
             entries.append(dict(own))

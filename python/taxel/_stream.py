@@ -18,8 +18,8 @@ class Decision(NamedTuple):
     reading: int
     #: The likeliest class; of several attributes one each. Of a model of values the value, or one per quantity.
     answer: Any
-    #: Probabilities [outputs], in the order of `Model.classes`; of a model of values these.
-    probabilities: np.ndarray
+    #: Probabilities [outputs], in the order of `Model.classes`; None of a model of values.
+    probabilities: np.ndarray | None
     #: Readings of the window that were there, and of a full one.
     known: int
     ticks: int
@@ -31,6 +31,10 @@ class Decision(NamedTuple):
     familiarity: float | None = None
     #: Whether it is at most as familiar as `unknown`: unlike all that the model has learned.
     unknown: bool = False
+    #: Of a model of values these, by the names of their quantities; else None.
+    values: dict[str, float] | None = None
+    #: The ends of their intervals by the same names; None where the stream was asked for none.
+    interval: dict[str, tuple[float, float]] | None = None
 
     @property
     def early(self) -> bool:
@@ -56,6 +60,9 @@ class Stream:
         The largest possible reading, by default what the model's card says.
     unknown : float
         The familiarity up to which a window is unknown: of familiar windows such a share is. By default 0, none.
+    interval : float, optional
+        Share of windows whose intervals are to hold the true values: 0.8, 0.9, 0.95 or 0.99. By default no intervals. Only
+        of a model that has them, see :meth:`Model.predict_interval`.
 
     >>> stream = taxel.Stream(model, early=0.95)        # doctest: +SKIP
     >>> for decision in stream.feed(sensor):            # doctest: +SKIP
@@ -73,12 +80,14 @@ class Stream:
         least: int | None = None,
         full_scale: float | None = None,
         unknown: float = 0.0,
+        interval: float | None = None,
     ) -> None:
         self.model: Model = getattr(model, "model_", model)
         if not isinstance(self.model, Model):
             raise TypeError(f"a stream asks a taxel.Model or a fitted estimator, not {type(model).__name__}")
-        self._native = _taxel.Stream(self.model._native, hop, contact, before, early, least, full_scale, unknown)
+        self._native = _taxel.Stream(self.model._native, hop, contact, before, early, least, full_scale, unknown, interval)
         self._names = list(self.model.attributes.values())
+        self._quantities = self.model.quantities
 
     @property
     def values(self) -> int:
@@ -109,9 +118,13 @@ class Stream:
         said = self._native.push(own)
         if said is None or "refused" in said:
             return None
-        probabilities, at, answers = said.pop("probabilities"), 0, []
-        if self.model.quantities:
+        probabilities, ends, at = said.pop("probabilities"), said.pop("intervals"), 0
+        answers: list[Any] = []
+        if self._quantities:
             answers = [float(value) for value in probabilities]
+            said["values"] = dict(zip(self._quantities, answers))
+            said["interval"] = {name: (low, high) for name, (low, high) in zip(self._quantities, ends)} if ends else None
+            probabilities = None
         for names in self._names:
             answers.append(names[int(probabilities[at : at + len(names)].argmax())])
             at += len(names)
