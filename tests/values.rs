@@ -137,7 +137,7 @@ fn networks_learn_values_by_every_loss_and_say_how_far_off_they_may_be() {
     assert!(error.contains("has intervals for 0.8, 0.9, 0.95"), "{error}");
     ends(0, &["export", &model, &at("model.onnx")]);
     let bytes = at("bytes.safetensors");
-    ends(0, &["quantize", &model, &at("skin.npz"), "--output", &bytes]);
+    ends(0, &["quantize", &model, "--calibrate", &at("skin.npz"), "--output", &bytes]);
     assert!(ends(0, &["inspect", &bytes]).contains("those of 90 % covered"));
 }
 

@@ -1,0 +1,184 @@
+#!/usr/bin/env python3
+"""Compares runs on values with scikit-learn and PyTorch on the same samples and folds; writes docs/benchmarks/values.md.
+
+    for set in eflesh-normal eflesh-location fsi-tube1d; do taxel run configs/real/$set.toml --output runs/$set; done
+    python3 scripts/bench_values.py runs/eflesh-normal runs/eflesh-location runs/fsi-tube1d [--output FILE]
+
+Needs numpy, scikit-learn and torch, and TAXEL_DATA. Folds are those of the run, from its predictions.npz. Features for trees are those of
+taxel's extra-trees: last reading, differences to 1 to 32 steps before, mean, SD, least and largest. The network is deep-mlp with the
+recipe of the run, trained by PyTorch. Scores are pooled over all test samples; of several quantities each has its own rows.
+"""
+
+import argparse
+import json
+import os
+import pathlib
+import time
+import tomllib
+
+import numpy as np
+import torch
+from sklearn.ensemble import ExtraTreesRegressor
+from sklearn.linear_model import RidgeCV
+
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+LAGS = [1, 2, 4, 8, 16, 32]
+
+
+def samples(data, config):
+    """Samples [n, channels, time] and targets [n, quantities] of a data set as the run reads them."""
+    arrays = np.load(data / "data.npz", allow_pickle=True)
+    names = config.get("y", "y")
+    y = np.stack([arrays[name] for name in (names if isinstance(names, list) else names.split(","))], -1) if names != "y" else arrays["y"]
+    x, y = arrays["x"].astype(np.float32), np.asarray(y, np.float32).reshape(len(y), -1)
+    recording, length = config.get("recording"), config.get("length")
+    if recording:
+        parts, to = arrays[recording], length["to"]
+        windows, ends = [], []
+        for part in dict.fromkeys(parts.tolist()):
+            rows = np.flatnonzero(parts == part)
+            for start in range(0, len(rows) - to + 1, length["hop"]):
+                window = rows[start : start + to]
+                windows.append(x[window].T)
+                ends.append(window[-1])
+        return np.stack(windows), y[ends]
+    return x.reshape(len(x), *(x.shape[1:] if x.ndim == 3 else (1, -1))), y
+
+
+def history(x, lags):
+    last = x[:, :, -1]
+    return np.concatenate([last, *[last - x[:, :, -1 - lag] for lag in lags if lag < x.shape[2]]], 1)
+
+
+def summary(x):
+    if x.shape[2] == 1 or x.shape[1] == 1 and x.shape[2] < 64:
+        return x.reshape(len(x), -1)
+    return np.concatenate([history(x, LAGS), x.mean(2), x.std(2), x.min(2), x.max(2)], 1)
+
+
+class Ridge:
+    name = "scikit-learn RidgeCV, readings"
+
+    def __call__(self, train, y, test, _config):
+        flat = [part.reshape(len(part), -1) for part in (train, test)]
+        mean, sd = flat[0].mean(0), flat[0].std(0)
+        sd[sd == 0] = 1
+        return RidgeCV(np.logspace(-3, 3, 10)).fit((flat[0] - mean) / sd, y).predict((flat[1] - mean) / sd)
+
+
+class Trees:
+    name = "scikit-learn ExtraTreesRegressor, features"
+
+    def __call__(self, train, y, test, _config):
+        trees = ExtraTreesRegressor(100, min_samples_leaf=2, random_state=0, n_jobs=2)
+        return trees.fit(summary(train), y if y.shape[1] > 1 else y[:, 0]).predict(summary(test))
+
+
+class Mlp:
+    name = "PyTorch, deep-mlp and recipe of the run"
+
+    def __call__(self, train, y, test, config):
+        torch.manual_seed(0)
+        torch.set_num_threads(2)
+        signal = config.get("encoding", {}).get("signal", {})
+        features = (lambda x: history(x, signal.get("lags", LAGS))) if signal.get("kind") == "history" else (lambda x: x)
+        inputs = [features(part) for part in (train, test)]
+        axes = 0 if signal.get("kind") == "history" else (0, 2)
+        mean, sd = inputs[0].mean(axes, keepdims=True), inputs[0].std(axes, keepdims=True)
+        inputs = [torch.tensor(((part - mean) / np.where(sd == 0, 1, sd)).reshape(len(part), -1)) for part in inputs]
+        middle, scale = y.mean(0), y.std(0, ddof=1)
+        targets = torch.tensor((y - middle) / scale)
+        layers, width = [], inputs[0].shape[1]
+        for _ in range(3):
+            layers += [torch.nn.Linear(width, 128), torch.nn.BatchNorm1d(128), torch.nn.ReLU()]
+            width = 128
+        net = torch.nn.Sequential(*layers, torch.nn.Linear(width, y.shape[1]))
+        recipe = config["train"]
+        matrices = [p for p in net.parameters() if p.ndim > 1]
+        others = [p for p in net.parameters() if p.ndim == 1]
+        decay = recipe["optimizer"]["weight_decay"]
+        optimizer = torch.optim.AdamW([{"params": matrices, "weight_decay": decay}, {"params": others, "weight_decay": 0}], lr=recipe["optimizer"]["lr"])
+        epochs, rising = recipe["epochs"], int(np.ceil(recipe["warm_up"] * recipe["epochs"]))
+        rate = lambda epoch: (epoch + 1) / rising if epoch < rising else 0.5 * (1 + np.cos(np.pi * (epoch - rising) / max(epochs - rising, 1)))  # noqa: E731
+        schedule = torch.optim.lr_scheduler.LambdaLR(optimizer, rate)
+        for _ in range(epochs):
+            net.train()
+            for rows in torch.randperm(len(targets)).split(recipe["batch_size"]):
+                if len(rows) < 2:
+                    continue
+                optimizer.zero_grad()
+                torch.nn.functional.huber_loss(net(inputs[0][rows]), targets[rows]).backward()
+                optimizer.step()
+            schedule.step()
+        net.eval()
+        with torch.no_grad():
+            return net(inputs[1]).numpy() * scale + middle
+
+
+def scores(truth, predicted):
+    error = predicted - truth
+    left, whole = (error**2).sum(), ((truth - truth.mean()) ** 2).sum()
+    return np.abs(error).mean(), np.sqrt((error**2).mean()), 1 - left / whole
+
+
+def rows_of(run):
+    config = tomllib.loads((run / "config.toml").read_text())
+    results = json.loads((run / "results.json").read_text())
+    said = np.load(run / "predictions.npz")
+    path = config["data"]["path"].replace("${TAXEL_DATA}", os.environ["TAXEL_DATA"])
+    x, y = samples(pathlib.Path(path), config["data"])
+    names = [row["network"] for row in results["networks"]]
+    index, fold = said[f"{names[0]}.index"], said[f"{names[0]}.fold"]
+    true = said[f"{names[0]}.true"].reshape(len(index), -1)
+    assert np.array_equal(true, y[index]), f"{run}: the samples are not those of the run"
+    train_seconds = {}
+    for line in (run / "timings.jsonl").read_text().splitlines():
+        line = json.loads(line)
+        if "train_seconds" in line:
+            train_seconds[line["network"]] = train_seconds.get(line["network"], 0) + line["train_seconds"]
+    found = []
+    for name in names:
+        assert np.array_equal(said[f"{name}.index"], index), f"{run}: {name} is incomplete"
+        found.append((f"taxel {name}", said[f"{name}.predicted"].reshape(len(index), -1), train_seconds.get(name)))
+    authors = len(set(fold.tolist())) == 1
+    for method in (Ridge(), Trees(), Mlp()):
+        predicted, seconds = np.zeros_like(true), 0.0
+        for part in sorted(set(fold.tolist())):
+            test = index[fold == part]
+            train = np.setdiff1d(np.arange(len(x)), test) if authors else index[fold != part]
+            start = time.time()
+            predicted[fold == part] = np.asarray(method(x[train], y[train], x[test], config)).reshape(len(test), -1)
+            seconds += time.time() - start
+        found.append((method.name, predicted, seconds))
+    for at, quantity in enumerate(results["quantities"]):
+        for name, predicted, seconds in found:
+            yield results, quantity, name, scores(true[:, at].astype(float), predicted[:, at].astype(float)), seconds
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("runs", nargs="+", type=pathlib.Path)
+    parser.add_argument("--output", type=pathlib.Path, default=ROOT / "docs" / "benchmarks" / "values.md")
+    arguments = parser.parse_args()
+    lines = [
+        "# Values beside scikit-learn and PyTorch",
+        "",
+        "Every method sees the same samples and the same folds. Scores are pooled over all test samples, in the unit of the quantity. Seconds",
+        "are those of all trainings on the same two cores, one after the other: they tell the order of size. All data are real recordings.",
+        "",
+        "`scripts/bench_values.py` writes this page from run folders.",
+        "",
+        "| set | quantity | method | MAE | RMSE | R² | seconds |",
+        "|---|---|---|---:|---:|---:|---:|",
+    ]
+    for run in arguments.runs:
+        for results, quantity, name, (mae, rmse, r2), seconds in rows_of(run):
+            unit = f" ({quantity['unit']})" if "unit" in quantity else ""
+            spent = "–" if seconds is None else f"{seconds:.1f}"
+            lines.append(f"| {results['name']} | {quantity['name']}{unit} | {name} | {mae:.3f} | {rmse:.3f} | {r2:.3f} | {spent} |")
+            print(lines[-1], flush=True)
+    arguments.output.write_text("\n".join(lines) + "\n")
+
+
+if __name__ == "__main__":
+    main()
