@@ -20,15 +20,15 @@ pub enum Method {
         #[serde(default = "one")]
         k: usize,
     },
-    /// [`MiniRocket`] features, scaled, into a [`Ridge`] classifier; for values [`RocketValues`].
+    /// [`MiniRocket`](crate::MiniRocket) features, scaled, into a [`Ridge`](crate::Ridge) classifier; for values [`RocketValues`](crate::RocketValues).
     MiniRocket {
         /// About that many features. Default 10,000.
         #[serde(default = "features")]
         features: usize,
     },
-    /// [`Ridge`] regression on the readings of the series, for targets that are values.
+    /// [`Ridge`](crate::Ridge) regression on the readings of the series, for targets that are values.
     Ridge,
-    /// [`ExtraTrees`], for targets that are values.
+    /// [`ExtraTrees`](crate::ExtraTrees), for targets that are values.
     ExtraTrees {
         /// Trees. Default 100.
         #[serde(default = "trees")]
@@ -37,13 +37,13 @@ pub enum Method {
         #[serde(default = "min_samples_leaf")]
         min_samples_leaf: usize,
     },
-    /// [`Svm`] with a linear kernel.
+    /// [`Svm`](crate::Svm) with a linear kernel.
     SvmLinear {
         /// Penalty of a margin's violation. Default 1.
         #[serde(default = "unit")]
         c: f64,
     },
-    /// [`Svm`] with a Gaussian kernel of scikit-learn's default width.
+    /// [`Svm`](crate::Svm) with a Gaussian kernel of scikit-learn's default width.
     SvmRbf {
         /// Penalty of a margin's violation. Default 1.
         #[serde(default = "unit")]
