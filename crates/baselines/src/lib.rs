@@ -20,6 +20,7 @@
 //! # Reference
 //! See each method: [`MiniRocket`], [`Ridge`], [`Svm`], [`ExtraTrees`].
 
+mod equations;
 mod error;
 mod extra_trees;
 mod fitted;

@@ -3,20 +3,16 @@
 //! # Reference
 //! scikit-learn's `RidgeClassifierCV` (Rifkin & Lippert 2007): targets −1 and 1, columns scaled to unit
 //! deviation and centred, all leave-one-out errors without leaving one out. There they come from one
-//! eigendecomposition of the Gram matrix, here from a Cholesky factor for each penalty, which takes a tenth of
-//! the time at some thousand samples. The Gram matrix of samples is used whatever the number of features:
-//! baselines see thousands of samples at most.
+//! eigendecomposition, here from a Cholesky factor for each penalty, which takes a tenth of the time at some
+//! thousand samples.
 
 use std::collections::BTreeMap;
 
-use faer::linalg::matmul::triangular::{BlockStructure, matmul};
-use faer::linalg::solvers::Llt;
-use faer::linalg::triangular_inverse::invert_lower_triangular;
-use faer::prelude::Solve;
-use faer::{Accum, Mat, Par, Side};
+use faer::Mat;
 use rayon::prelude::*;
 use taxel_kernels::double;
 
+use crate::equations::Equations;
 use crate::{Error, Result, Saved};
 
 /// The penalties that MiniRocket's authors choose from: 10⁻³ to 10³ in ten equal steps of the exponent.
@@ -99,23 +95,27 @@ impl Ridge {
         for (c, offset) in offsets.iter().enumerate() {
             targets.col_as_slice_mut(c).iter_mut().for_each(|target| *target -= offset);
         }
-        let gram = gram(&rows);
-        // So many factors of n × n are in memory at once, whatever the number of threads.
+        let equations = Equations::new(rows);
+        // So many factors are in memory at once, whatever the number of threads.
         let together = alphas.chunks(4).flat_map(|alphas| {
-            let left_out = alphas.par_iter().map(|&alpha| leave_one_out(&gram, &targets, alpha));
-            left_out.collect::<Vec<_>>()
+            let found = alphas.par_iter().map(|&alpha| {
+                let penalised = equations.penalised(alpha)?;
+                let solved = penalised.solve(&targets);
+                let error = penalised.leave_one_out(&solved);
+                error.is_finite().then(|| (error, penalised.weights(solved)))
+            });
+            found.collect::<Vec<_>>()
         });
         let mut best: Option<(f64, f64, Mat<f64>)> = None;
         for (&alpha, found) in alphas.iter().zip(together) {
-            let Some((error, dual)) = found else { continue };
+            let Some((error, coefficients)) = found else { continue };
             if best.as_ref().is_none_or(|(least, ..)| error < *least) {
-                best = Some((error, alpha, dual));
+                best = Some((error, alpha, coefficients));
             }
         }
-        let Some((error, alpha, dual)) = best else {
+        let Some((error, alpha, coefficients)) = best else {
             return Err(Error::setting("alphas", "none", "leave-one-out errors are not finite"));
         };
-        let coefficients = rows.transpose() * dual;
         let (mut weights, mut bias) = (Vec::with_capacity(classes * width), vec![]);
         for (column, offset) in coefficients.col_iter().zip(offsets) {
             let unscaled: Vec<f64> = column.iter().zip(&sd).map(|(w, sd)| w / sd).collect();
@@ -127,9 +127,8 @@ impl Ridge {
     }
 
     /// Computes decision values `[n, classes]` of the samples that it was fitted to, each by a ridge of the same penalty that has
-    /// not seen its unit: samples of one number in `units` are left out together. Nothing is fitted anew: with G as of
-    /// leave-one-out, a block of errors is the inverse of the block of G times the block of coefficients. The scale of the
-    /// features stays that of all samples.
+    /// not seen its unit: samples of one number in `units` are left out together. Nothing is fitted anew. The scale of the features
+    /// stays that of all samples.
     ///
     /// # Errors
     /// Features, classes or units of other samples than it was fitted to.
@@ -157,20 +156,15 @@ impl Ridge {
             return Err(refuse());
         }
         let (rows, ..) = standardised(x, n);
-        let mut penalised = gram(&rows);
-        (0..n).for_each(|i| penalised[(i, i)] += self.alpha);
-        let factor = Llt::new(penalised.as_ref(), Side::Lower).map_err(|_| refuse())?;
-        let mut half = penalised;
-        half.fill(0.0);
-        invert_lower_triangular(half.as_mut(), factor.L(), Par::Seq);
-        drop(factor);
+        let equations = Equations::new(rows);
+        let penalised = equations.penalised(self.alpha).ok_or_else(refuse)?;
         let mean: Vec<f64> = targets.col_iter().map(|column| column.iter().sum::<f64>() / n as f64).collect();
         let centred = Mat::from_fn(n, classes, |i, c| targets[(i, c)] - mean[c]);
-        let dual = half.transpose() * (&half * &centred);
+        let solved = penalised.solve(&centred);
         let mut members: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
         units.iter().enumerate().for_each(|(row, unit)| members.entry(*unit).or_default().push(row));
         let blocks: Vec<&Vec<usize>> = members.values().collect();
-        let errors = blocks.par_iter().map(|rows| block_errors(&half, &dual, self.alpha, rows));
+        let errors = blocks.par_iter().map(|rows| penalised.left_out(&solved, rows));
         let mut values = vec![0.0; n * classes];
         for (rows, errors) in blocks.iter().zip(errors.collect::<Vec<_>>()) {
             for (at, row) in rows.iter().enumerate() {
@@ -251,19 +245,6 @@ fn rows_of(values: &[f32], outputs: usize) -> Mat<f64> {
     Mat::from_fn(values.len() / outputs.max(1), outputs, |i, c| f64::from(values[i * outputs + c]))
 }
 
-/// Returns the errors `[rows, classes]` of samples that are left out together, of `half`, the inverse of the Cholesky factor,
-/// and the coefficients of all samples.
-fn block_errors(half: &Mat<f64>, dual: &Mat<f64>, alpha: f64, rows: &[usize]) -> Mat<f64> {
-    let n = half.nrows();
-    // The intercept has no penalty: what it shares in the inverse is taken off.
-    let intercept = 1.0 / (n as f64 * (n as f64 + alpha));
-    let columns = Mat::from_fn(n, rows.len(), |i, j| half[(i, rows[j])]);
-    let mut block = columns.transpose() * &columns;
-    block.col_iter_mut().for_each(|column| column.iter_mut().for_each(|value| *value -= intercept));
-    let own = Mat::from_fn(rows.len(), dual.ncols(), |i, c| dual[(rows[i], c)]);
-    block.partial_piv_lu().solve(own)
-}
-
 /// Returns the columns at mean 0 and deviation 1 `[n, width]`, and what was taken off and divided by. A constant column
 /// stays zero; as scikit-learn, one that varies less than its own rounding is constant.
 fn standardised(x: &FeatureMatrix, n: usize) -> (Mat<f64>, Vec<f64>, Vec<f64>) {
@@ -283,42 +264,11 @@ fn standardised(x: &FeatureMatrix, n: usize) -> (Mat<f64>, Vec<f64>, Vec<f64>) {
     (rows, mean, sd)
 }
 
-/// Computes the products of all pairs of samples `[n, n]`, and 1 for the intercept, a constant feature; the lower half.
-fn gram(rows: &Mat<f64>) -> Mat<f64> {
-    let n = rows.nrows();
-    let mut gram = Mat::full(n, n, 1.0);
-    let (whole, lower) = (BlockStructure::Rectangular, BlockStructure::TriangularLower);
-    matmul(&mut gram, lower, Accum::Add, rows, whole, rows.transpose(), whole, 1.0, Par::Seq);
-    gram
-}
-
-/// Returns the squared errors of each sample by the regression on all others, summed, and the coefficients of the
-/// samples `[n, classes]` in the regression on all. None if `gram` and the penalty are not positive definite.
-///
-/// Of G, the inverse of both, the error of sample i is (G targets)ᵢ / Gᵢᵢ.
-fn leave_one_out(gram: &Mat<f64>, targets: &Mat<f64>, alpha: f64) -> Option<(f64, Mat<f64>)> {
-    let n = gram.nrows();
-    let mut penalised = gram.clone();
-    (0..n).for_each(|i| penalised[(i, i)] += alpha);
-    let factor = Llt::new(penalised.as_ref(), Side::Lower).ok()?;
-    let mut inverse = penalised;
-    inverse.fill(0.0);
-    invert_lower_triangular(inverse.as_mut(), factor.L(), Par::Seq);
-    drop(factor);
-    let dual = inverse.transpose() * (&inverse * targets);
-    // The intercept has no penalty: what it shares in the inverse is taken off. Targets have mean 0.
-    let intercept = 1.0 / (n as f64 * (n as f64 + alpha));
-    let diagonal: Vec<f64> = inverse.col_iter().map(|column| column.squared_norm_l2() - intercept).collect();
-    let off = |column: faer::ColRef<f64>| {
-        column.iter().zip(&diagonal).map(|(value, pivot)| (value / pivot).powi(2)).sum::<f64>()
-    };
-    let error: f64 = dual.col_iter().map(off).sum();
-    error.is_finite().then_some((error, dual))
-}
-
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
+
+    use faer::prelude::Solve;
 
     use super::*;
 
@@ -357,22 +307,25 @@ mod tests {
 
     #[test]
     fn left_out_values_are_those_of_ridges_that_are_fitted_without_the_unit() {
-        let (n, width, classes) = (24, 5, 3);
-        let values: Vec<f32> =
-            (0..n * width).map(|i| (i as f32 * 1.7).sin() + (i % 7) as f32 * 0.2).collect();
-        let x = FeatureMatrix::new(values, width);
-        let y: Vec<u32> = (0..n as u32).map(|i| (i * i) % 7 % 3).collect();
-        let forces: Vec<f32> = (0..2 * n).map(|i| 5.0 + (i as f32 * 0.9).cos() * (i % 5) as f32).collect();
-        let ridge = Ridge::fit(&x, &y, classes, &[0.1]).unwrap();
-        let of_values = Ridge::fit_values(&x, &forces, 2, &[0.1]).unwrap();
-        let (rows, ..) = standardised(&x, n);
-        for units in [(0..n as u32).collect::<Vec<_>>(), (0..n as u32).map(|i| i / 5).collect()] {
-            let own = ridge.left_out(&x, &y, &units).unwrap();
-            are_those_without(&own, &rows, &one_against_the_rest(&y, classes), &units, 1e-5);
-            let own = of_values.left_out_values(&x, &forces, &units).unwrap();
-            are_those_without(&own, &rows, &rows_of(&forces, 2), &units, 1e-5);
+        for width in [5, 40] {
+            let (n, classes) = (24, 3);
+            let values: Vec<f32> =
+                (0..n * width).map(|i| (i as f32 * 1.7).sin() + (i % 7) as f32 * 0.2).collect();
+            let x = FeatureMatrix::new(values, width);
+            let y: Vec<u32> = (0..n as u32).map(|i| (i * i) % 7 % 3).collect();
+            let forces: Vec<f32> =
+                (0..2 * n).map(|i| 5.0 + (i as f32 * 0.9).cos() * (i % 5) as f32).collect();
+            let ridge = Ridge::fit(&x, &y, classes, &[0.1]).unwrap();
+            let of_values = Ridge::fit_values(&x, &forces, 2, &[0.1]).unwrap();
+            let (rows, ..) = standardised(&x, n);
+            for units in [(0..n as u32).collect::<Vec<_>>(), (0..n as u32).map(|i| i / 5).collect()] {
+                let own = ridge.left_out(&x, &y, &units).unwrap();
+                are_those_without(&own, &rows, &one_against_the_rest(&y, classes), &units, 1e-5);
+                let own = of_values.left_out_values(&x, &forces, &units).unwrap();
+                are_those_without(&own, &rows, &rows_of(&forces, 2), &units, 1e-5);
+            }
+            assert!(ridge.left_out(&x, &y, &[0; 3]).is_err());
+            assert!(of_values.left_out_values(&x, &forces, &[0; 3]).is_err());
         }
-        assert!(ridge.left_out(&x, &y, &[0; 3]).is_err());
-        assert!(of_values.left_out_values(&x, &forces, &[0; 3]).is_err());
     }
 }
