@@ -66,6 +66,7 @@ impl Head {
 
     /// Returns the weighted loss of `values`, and writes its gradient.
     pub fn loss(&self, loss: Loss, values: &[f32], targets: Targets, gradient: &mut [f32]) -> f32 {
+        let width = self.len() / loss.outputs_per_target();
         let loss = match targets {
             Targets::Labels(labels) => loss::softmax_cross_entropy(values, self.len(), labels, gradient),
             Targets::Values(targets) => match loss {
@@ -77,13 +78,9 @@ impl Head {
                 Loss::MeanSquaredError => loss::mean_squared_error(values, targets, gradient),
                 Loss::Huber => loss::huber(values, targets, gradient),
                 Loss::GaussianLikelihood => {
-                    let width = self.len() / loss.outputs_per_target();
                     loss::gaussian_likelihood(values, targets, width, Loss::LEAST_VARIANCE, gradient)
                 }
-                Loss::Quantiles => {
-                    let width = self.len() / Loss::QUANTILES.len();
-                    loss::pinball(values, targets, width, &Loss::QUANTILES, gradient)
-                }
+                Loss::Quantiles => loss::pinball(values, targets, width, &Loss::QUANTILES, gradient),
             },
         };
         gradient.iter_mut().for_each(|g| *g *= self.weight);

@@ -1,8 +1,9 @@
 //! How far the values of the rows of a run lie from the true ones.
 
 use taxel_data::{Quantity, Targets, Values};
+use taxel_learn::Error;
 use taxel_learn::certainty::{HeldOutParts, HeldOutValues, Intervals};
-use taxel_learn::metrics::{Metric, Outcome};
+use taxel_learn::metrics::{Outcome, Scores, scores};
 
 use super::chance::means;
 use crate::case::Case;
@@ -50,12 +51,15 @@ fn of_quantity(
     let targets = Targets::Values(Values::new(vec![quantity.clone()], truth.clone()));
     let rows: Vec<usize> = (0..truth.len()).collect();
     let task = targets.task();
-    let measured = |predicted: Vec<f32>, name: &str| -> Result<f64> {
-        let metric = Metric::named(&task, name).unwrap_or(Metric::primary(&task));
-        Ok(metric.of(&task, &Outcome::new(&targets, &rows, predicted))?)
+    let mean = targets.values().map_or(vec![], means).repeat(rows.len());
+    let of_mean = scores(&task, &Outcome::new(&targets, &rows, mean))?;
+    let of_row = scores(&task, &Outcome::new(&targets, &rows, predicted.clone()))?;
+    let value = |scores: &Scores, name: &str| -> Result<f64> {
+        let missing =
+            || Error::Metrics { what: "metrics of values", reason: format!("`{name}` is not among them") };
+        Ok(scores.get(name).ok_or_else(missing)?)
     };
-    let of = |name: &str| measured(predicted.clone(), name);
-    let mean = targets.values().map_or(vec![], means);
+    let of = |name: &str| value(&of_row, name);
     let points = truth.iter().zip(&predicted).step_by(truth.len().div_ceil(POINTS).max(1));
     let interval = intervals.and_then(|intervals| intervals.at(0.9)).map(|at_90| CoveredShare {
         covered: at_90.covered,
@@ -71,7 +75,7 @@ fn of_quantity(
         median: of("median_error")?,
         p95: of("p95_error")?,
         relative_mae: of("relative_mae")?,
-        of_mean: measured(mean.repeat(rows.len()), "mae")?,
+        of_mean: value(&of_mean, "mae")?,
         interval,
         points: points.map(|(truth, predicted)| [*truth, *predicted]).collect(),
     })

@@ -1,5 +1,6 @@
 //! The certainty of a model, fitted to held-out predictions, for its card.
 
+use std::collections::BTreeSet;
 use std::fmt::{self, Display, Formatter};
 
 use rand::RngExt;
@@ -7,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::certainty::answers::answers;
 use crate::certainty::early::EarlyRecord;
-use crate::certainty::held_out::{HeldOut, LEAST, OF_GROUP};
+use crate::certainty::held_out::{HeldOut, LEAST, large_groups};
 use crate::certainty::reliability::Reliability;
 use crate::certainty::seen::{Seen, tenth_of};
 use crate::certainty::sets::AnswerSet;
@@ -67,6 +68,14 @@ pub struct FittedOn {
     pub parts: HeldOutParts,
     /// BLAKE3 of their data set.
     pub digest: String,
+}
+
+impl FittedOn {
+    /// Counts predictions of these `groups`, of the data set of that digest.
+    pub(super) fn of(samples: usize, groups: Option<&[u32]>, parts: HeldOutParts, digest: &str) -> Self {
+        let groups = groups.map(|groups| groups.iter().collect::<BTreeSet<_>>().len());
+        FittedOn { samples, groups, parts, digest: digest.into() }
+    }
 }
 
 /// Answers of held-out samples that are 90 % sure or more, at the temperature of the other parts.
@@ -146,30 +155,24 @@ impl Certainty {
         let error =
             |held: &HeldOut| levels.calibration(&held.probabilities, &held.truth).map(|(error, _)| error);
         let answers = answers(&after.probabilities, &after.truth, levels);
-        let groups = held.by_group();
+        let groups = large_groups(held.groups.as_deref());
         let gap = |members: &Vec<usize>| {
             let all = members.iter().flat_map(|row| &answers[*row]);
             let gaps = all.map(|(sure, right)| sure - f64::from(u8::from(*right)));
             (gaps.sum::<f64>() / (members.len() * levels.sizes().len()) as f64).abs()
         };
-        let large = groups.iter().filter(|members| members.len() >= OF_GROUP);
         let certainty = Certainty {
             temperature,
             tenths: vec![],
             early: vec![],
-            fitted_on: FittedOn {
-                samples: held.len(),
-                groups: held.groups.as_ref().map(|_| groups.len()),
-                parts,
-                digest: digest.into(),
-            },
+            fitted_on: FittedOn::of(held.len(), held.groups.as_deref(), parts, digest),
             calibration_error: CalibrationErrors {
                 before: error(held)?,
                 after: error(&after)?,
                 floor: floor(&answers, seed),
             },
             confidence: Some(mean_confidence(&answers)),
-            worst_group_gap: held.groups.as_ref().and_then(|_| large.map(gap).max_by(f64::total_cmp)),
+            worst_group_gap: groups.iter().map(gap).max_by(f64::total_cmp),
             sets: AnswerSet::fit(&after, levels),
             under_faults: None,
             seen: None,

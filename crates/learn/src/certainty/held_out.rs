@@ -11,7 +11,7 @@ use crate::run::records::FoldRecord;
 /// Fewest samples that something is fitted to.
 pub(super) const LEAST: usize = 30;
 /// Fewest samples of a group that is looked at.
-pub(super) const OF_GROUP: usize = 5;
+const OF_GROUP: usize = 5;
 
 /// Probabilities for labelled samples that the predicting model has not seen.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -123,15 +123,23 @@ impl HeldOut {
             places: self.places.clone(),
         }
     }
+}
 
-    /// Lists the positions of the samples of each group; one of all without groups.
-    pub(super) fn by_group(&self) -> Vec<Vec<usize>> {
-        let mut members: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
-        for row in 0..self.len() {
-            members.entry(self.groups.as_ref().map_or(0, |groups| groups[row])).or_default().push(row);
-        }
-        members.into_values().collect()
+/// Lists the positions of the samples of each group that has enough of them; none without groups.
+pub(super) fn large_groups(groups: Option<&[u32]>) -> Vec<Vec<usize>> {
+    let mut members: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
+    for (row, group) in groups.unwrap_or_default().iter().enumerate() {
+        members.entry(*group).or_default().push(row);
     }
+    members.into_values().filter(|members| members.len() >= OF_GROUP).collect()
+}
+
+/// Returns the position, from 0, of the value that the share of n + 1 sorted ones does not pass (Lei et al. 2018); n or more
+/// where n are too few.
+pub(super) fn conformal_rank(n: usize, share: f64) -> usize {
+    // Without the rounding error of a product such as 0.9 × 30.
+    let rank = (share * (n + 1) as f64 - 1e-9).ceil() as usize;
+    rank.max(1) - 1
 }
 
 /// Returns the values of some of `count` rows.

@@ -7,13 +7,10 @@ use serde::{Deserialize, Serialize};
 use taxel_data::Dataset;
 
 use crate::certainty::fitted::{FittedOn, HeldOutParts};
-use crate::certainty::held_out::OF_GROUP;
+use crate::certainty::held_out::{LEAST, conformal_rank, large_groups};
 use crate::certainty::sets::SHARES;
 use crate::metrics::Outcome;
 use crate::run::records::FoldRecord;
-
-/// Fewest held-out values that intervals are fitted to.
-const LEAST: usize = 30;
 
 /// Values that a model has answered without having learned them.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -115,8 +112,7 @@ impl Intervals {
             return None;
         }
         let errors: Vec<Vec<f64>> = (0..held.quantities).map(|quantity| held.errors(quantity)).collect();
-        let groups = held.groups.as_ref().map(|groups| groups.iter().collect::<BTreeSet<_>>().len());
-        let fitted_on = FittedOn { samples: held.len(), groups, parts, digest: digest.into() };
+        let fitted_on = FittedOn::of(held.len(), held.groups.as_deref(), parts, digest);
         let at = SHARES.into_iter().filter_map(|share| IntervalAt::fit(held, &errors, share)).collect();
         Some(Intervals { fitted_on, at })
     }
@@ -164,7 +160,10 @@ impl IntervalAt {
         Some(IntervalAt {
             share,
             covered: mean(&(0..held.len()).collect::<Vec<_>>()),
-            worst_group: members(held).iter().map(|rows| mean(rows)).min_by(f64::total_cmp),
+            worst_group: large_groups(held.groups.as_deref())
+                .iter()
+                .map(|rows| mean(rows))
+                .min_by(f64::total_cmp),
             width,
             half,
         })
@@ -177,14 +176,6 @@ impl IntervalAt {
         let [below, above] = around.map(|distance| half * f64::from(distance));
         [(f64::from(answer) - below) as f32, (f64::from(answer) + above) as f32]
     }
-}
-
-/// Lists the samples of each group of enough of them; none without groups.
-fn members(held: &HeldOutValues) -> Vec<Vec<usize>> {
-    let Some(groups) = &held.groups else { return vec![] };
-    let each = groups.iter().collect::<BTreeSet<_>>().into_iter();
-    let rows = |group: &u32| (0..held.len()).filter(|row| groups[*row] == *group).collect::<Vec<_>>();
-    each.map(rows).filter(|rows| rows.len() >= OF_GROUP).collect()
 }
 
 /// Returns the mean width of an interval of half 1.
@@ -200,9 +191,7 @@ fn mean_spread(held: &HeldOutValues, quantity: usize) -> f64 {
 /// Returns the error that the share of n + 1 errors does not pass; none where n are too few.
 fn quantile(mut errors: Vec<f64>, share: f64) -> Option<f64> {
     errors.sort_by(f64::total_cmp);
-    // Without the rounding error of a product such as 0.9 × 30.
-    let rank = (share * (errors.len() + 1) as f64 - 1e-9).ceil() as usize;
-    errors.get(rank.max(1) - 1).copied()
+    errors.get(conformal_rank(errors.len(), share)).copied()
 }
 
 impl Display for Intervals {

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::certainty::held_out::{HeldOut, OF_GROUP};
+use crate::certainty::held_out::{HeldOut, conformal_rank, large_groups};
 use crate::metrics::Levels;
 
 /// Shares of samples whose set is to hold the true class.
@@ -60,13 +60,12 @@ impl AnswerSet {
             }
         }
         let mean = |rows: &[usize]| rows.iter().map(|row| covered[*row]).sum::<f64>() / rows.len() as f64;
-        let groups = held.groups.as_ref().map(|_| held.by_group());
-        let large = groups.iter().flatten().filter(|members| members.len() >= OF_GROUP);
+        let groups = large_groups(held.groups.as_deref());
         AnswerSet {
             share,
             least: limits(&|_| true),
             covered: mean(&(0..held.len()).collect::<Vec<_>>()),
-            worst_group: large.map(|members| mean(members)).min_by(f64::total_cmp),
+            worst_group: groups.iter().map(|members| mean(members)).min_by(f64::total_cmp),
             size: sizes / (held.len() * width) as f64,
         }
     }
@@ -96,9 +95,7 @@ fn of_truth(held: &HeldOut, levels: &Levels) -> Vec<Vec<f32>> {
 /// Returns the probability that the share of n + 1 true classes reaches; 0 where n are too few.
 fn least(mut truths: Vec<f32>, share: f64) -> f32 {
     truths.sort_by(|a, b| b.total_cmp(a));
-    // Without the rounding error of a product such as 0.9 × 30.
-    let rank = (share * (truths.len() + 1) as f64 - 1e-9).ceil() as usize;
-    truths.get(rank.max(1) - 1).copied().unwrap_or(0.0)
+    truths.get(conformal_rank(truths.len(), share)).copied().unwrap_or(0.0)
 }
 
 fn sets<'a>(

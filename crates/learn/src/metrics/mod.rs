@@ -37,7 +37,7 @@ pub use outcome::Outcome;
 pub use scores::Scores;
 pub use spread::{around, spread};
 pub(crate) use table::metric_names;
-pub use table::{Direction, Metric, MetricUnit, metrics};
+pub use table::{Direction, Metric, MetricUnit, metrics, scores};
 pub use taxel_baselines::softmax;
 
 pub use probabilities::{BINS, brier, calibration_error, log_loss};

@@ -5,7 +5,9 @@
 use taxel_data::{Quantity, Task};
 
 use crate::error::{Error, Result};
-use crate::metrics::{LevelScores, Levels, MacroScores, MeanEstimate, Outcome, Terms, mean_sd, quantile};
+use crate::metrics::{
+    LevelScores, Levels, MacroScores, MeanEstimate, Outcome, Scores, Terms, mean_sd, quantile,
+};
 
 /// The unit of a metric.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -155,6 +157,15 @@ pub fn metrics(task: &Task) -> &'static [Metric] {
         Task::Values(quantities) if in_several_units(quantities) => OF_MIXED_VALUES,
         Task::Values(_) => OF_VALUES,
     }
+}
+
+/// Returns the value of each metric of the task, in its unit.
+///
+/// # Errors
+/// As [`Metric::of`].
+pub fn scores(task: &Task, outcome: &Outcome) -> Result<Scores> {
+    let value = |metric: &Metric| Ok((metric.name, metric.of(task, outcome)?));
+    Ok(Scores::new(metrics(task).iter().map(value).collect::<Result<Vec<_>>>()?))
 }
 
 /// Checks whether quantities are several that are not all known to be in one unit: their errors cannot be averaged.

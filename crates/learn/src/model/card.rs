@@ -191,6 +191,19 @@ impl Card {
         }
     }
 
+    /// Returns the loss of a network that has learned values; none of other models.
+    pub(crate) fn value_loss(&self) -> Option<Loss> {
+        match (&self.kind, &self.task) {
+            (ModelKind::Network { loss, .. }, Task::Values(_)) => Some(*loss),
+            _ => None,
+        }
+    }
+
+    /// Returns the number of values that it computes for one sample, of which the first ones answer.
+    pub(crate) fn width(&self) -> usize {
+        self.task.outputs() * self.value_loss().map_or(1, Loss::outputs_per_target)
+    }
+
     /// Returns the number of samples that are predicted at a time.
     pub fn batch(&self) -> usize {
         match self.kind {

@@ -271,11 +271,7 @@ fn check_network(
     if let Err(error) = weights.check(graph) {
         return Err(format!("its tensors are not those of its network: {error}"));
     }
-    let each = match (&card.kind, &card.task) {
-        (ModelKind::Network { loss, .. }, Task::Values(_)) => loss.outputs_per_target(),
-        _ => 1,
-    };
-    let outputs = card.task.outputs() * each;
+    let outputs = card.width();
     let shape = graph.outputs().first().map_or(&[][..], |(_, id)| &graph.nodes()[*id].shape);
     if shape.iter().product::<usize>() != outputs {
         return Err(format!("its network has outputs {shape:?}, its card needs {outputs}"));

@@ -83,13 +83,14 @@ impl Predictions {
     /// classes, and of a model without intervals of that share.
     pub fn intervals(&self, i: usize, share: f64) -> Option<Vec<[f32; 2]>> {
         let at = self.intervals.as_ref()?.at(share)?;
-        let width = self.width();
-        let ends = |(quantity, value): (usize, &f32)| {
-            let place = 2 * (i * width + quantity);
-            let around = self.spread.get(place..place + 2).map_or([1.0; 2], |around| [around[0], around[1]]);
-            at.ends(quantity, *value, around)
-        };
+        let ends = |(quantity, value): (usize, &f32)| at.ends(quantity, *value, self.around(i, quantity));
         Some(self.row(i).iter().enumerate().map(ends).collect())
+    }
+
+    /// Returns how far below and above one value of sample `i` the model expects the true one; 1 where it says nothing of it.
+    pub(super) fn around(&self, i: usize, quantity: usize) -> [f32; 2] {
+        let place = 2 * (i * self.width() + quantity);
+        self.spread.get(place..place + 2).map_or([1.0; 2], |around| [around[0], around[1]])
     }
 
     /// Returns the predictions for sample `i`, one per attribute; none of values.

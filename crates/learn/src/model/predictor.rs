@@ -43,7 +43,7 @@ impl Predictor {
         let guard = card.guard.clone().map(Arc::new);
         let sizes = card.levels().sizes().to_vec();
         let outputs = card.task.outputs();
-        Ok(Predictor { outputs, width: method.width(outputs), sizes, card: card.clone(), guard, method })
+        Ok(Predictor { outputs, width: card.width(), sizes, card: card.clone(), guard, method })
     }
 
     /// Returns the same predictor with another guard, or without one, whatever the model's card says.
@@ -220,7 +220,7 @@ impl Predictor {
         let at = self.card.intervals.as_ref()?.at(share)?;
         let Workspace { logits, probabilities, .. } = workspace;
         let value = *probabilities.get(quantity).filter(|_| logits.len() == self.width)?;
-        let loss = self.method.value_loss();
+        let loss = self.card.value_loss();
         let around = loss.map_or([1.0; 2], |loss| around(loss, logits, self.outputs, quantity));
         Some(at.ends(quantity, value, around))
     }
@@ -319,7 +319,7 @@ impl Predictor {
             rows.map(|row| gate.familiarity(row, 1.0, &mut scratch)).collect()
         };
         let familiarity = self.gate().and_then(&mut of_rows);
-        let spread = self.method.value_loss().map_or(vec![], |loss| spread(loss, &logits, self.outputs));
+        let spread = self.card.value_loss().map_or(vec![], |loss| spread(loss, &logits, self.outputs));
         let predictions = Predictions::new(self.card.task.clone(), self.finished(logits), familiarity);
         Ok(predictions.with_intervals(spread, self.card.intervals.clone()))
     }

@@ -91,9 +91,8 @@ fn largest_changes(rounded: &Predictions, answers: &Predictions) -> Vec<f64> {
     let width = answers.width();
     let largest = |quantity: usize| {
         let of_row = |row: usize| {
-            let place = 2 * (row * width + quantity);
-            let around = rounded.spread.get(place..place + 2).map_or(1.0, |around| around[0].min(around[1]));
-            f64::from((rounded.row(row)[quantity] - answers.row(row)[quantity]).abs() / around)
+            let [below, above] = rounded.around(row, quantity);
+            f64::from((rounded.row(row)[quantity] - answers.row(row)[quantity]).abs() / below.min(above))
         };
         (0..answers.len()).map(of_row).fold(0.0, f64::max)
     };

@@ -1,6 +1,5 @@
 //! Opened models: a frozen network or a fitted baseline, behind one trait.
 
-use taxel_data::Task;
 use taxel_graph::{Loss, Weights};
 
 use super::card::{Card, ModelKind};
@@ -28,16 +27,6 @@ pub(crate) trait Ready: Send + Sync {
     /// Inputs of another number or length.
     fn decide(&self, inputs: &[&[f32]], n: usize) -> Result<Vec<f32>>;
 
-    /// Returns the loss of a network that has learned values; none of other models.
-    fn value_loss(&self) -> Option<Loss> {
-        None
-    }
-
-    /// Returns the number of values that it computes for one sample, of which the first `outputs` answer.
-    fn width(&self, outputs: usize) -> usize {
-        outputs
-    }
-
     /// Turns rows of logits into probabilities or values, in place.
     fn finish(&self, logits: &mut [f32]);
 
@@ -54,15 +43,8 @@ pub(crate) fn open(card: &Card, weights: &Weights, batch: usize, threads: usize)
         ModelKind::Network { graph, loss, .. } => {
             let ranges = card.quantized.as_ref().map(|quantized| &quantized.ranges);
             let responder = Responder::new(graph, weights, ranges, batch, threads)?;
-            let of_values = matches!(card.task, Task::Values(_));
-            let width = responder.frozen().logits();
-            Ok(Box::new(ReadyNetwork {
-                responder,
-                loss: *loss,
-                of_values,
-                outputs: card.task.outputs(),
-                width,
-            }))
+            let loss = card.value_loss().is_none().then_some(*loss);
+            Ok(Box::new(ReadyNetwork { responder, loss, outputs: card.task.outputs() }))
         }
         ModelKind::Baseline { method, series } => {
             let fitted = FittedBaseline::read(*method, *series, &card.task, weights);
@@ -74,11 +56,9 @@ pub(crate) fn open(card: &Card, weights: &Weights, batch: usize, threads: usize)
 
 struct ReadyNetwork {
     responder: Responder,
-    loss: Loss,
-    /// Whether it has learned values, which are answered as they are.
-    of_values: bool,
+    /// The loss that probabilities come from; none of values, which are answered as they are.
+    loss: Option<Loss>,
     outputs: usize,
-    width: usize,
 }
 
 impl Ready for ReadyNetwork {
@@ -109,17 +89,9 @@ impl Ready for ReadyNetwork {
     }
 
     fn finish(&self, logits: &mut [f32]) {
-        if !self.of_values {
-            probabilities(self.loss, self.outputs, logits);
+        if let Some(loss) = self.loss {
+            probabilities(loss, self.outputs, logits);
         }
-    }
-
-    fn value_loss(&self) -> Option<Loss> {
-        self.of_values.then_some(self.loss)
-    }
-
-    fn width(&self, _outputs: usize) -> usize {
-        self.width
     }
 
     fn has_logits(&self) -> bool {

@@ -9,7 +9,7 @@ use taxel_graph::{Cost, Graph, Weights};
 use crate::error::Result;
 use crate::estimator::search::Chosen;
 use crate::latency::Latency;
-use crate::metrics::{Confusion, Levels, Metric, Outcome, Scores, metrics};
+use crate::metrics::{self, Confusion, Levels, Outcome, Scores};
 use crate::training::epoch::Epoch;
 use crate::training::recipe::BatchNorm;
 
@@ -182,8 +182,7 @@ impl FoldRecord {
     /// # Errors
     /// A damaged record.
     pub fn scores(&self, task: &Task) -> Result<Scores> {
-        let value = |metric: &Metric| Ok((metric.name, metric.of(task, &self.outcome)?));
-        Ok(Scores::new(metrics(task).iter().map(value).collect::<Result<Vec<_>>>()?))
+        metrics::scores(task, &self.outcome)
     }
 }
 

@@ -192,13 +192,14 @@ impl Fit {
         // A score belongs to the recordings and the recipe that it was measured with.
         let same = results.is_of(&dataset) && !self.quick && self.set.is_empty() && !self.guard;
         let score = found.filter(|_| same).and_then(|result| results.score(&result.network));
-        let certainty = match found.filter(|_| same && !self.no_calibration) {
-            Some(result) => self.certainty(&folder, &results, &result.network, &dataset)?,
-            None => None,
-        };
-        let intervals = match found.filter(|_| same && !self.no_calibration) {
-            Some(result) => intervals(&folder, &results, &result.network, &dataset)?,
-            None => None,
+        let (certainty, intervals) = match found.filter(|_| same && !self.no_calibration) {
+            Some(result) => {
+                let records = records_of(&folder, &result.network)?;
+                let row = (result.network.as_str(), records.as_slice());
+                let certainty = self.certainty(&folder, &results, row, &dataset)?;
+                (certainty, intervals(&results, row, &dataset))
+            }
+            None => (None, None),
         };
         let quantized = floats.is_some();
         Ok(Training { experiment, dataset, name, score, certainty, intervals, quantized })
@@ -209,11 +210,10 @@ impl Fit {
         &self,
         folder: &RunFolder,
         results: &Results,
-        row: &str,
+        (row, records): (&str, &[FoldRecord]),
         dataset: &Dataset,
     ) -> Result<Option<Certainty>, Box<dyn std::error::Error>> {
-        let records = records_of(folder, row)?;
-        let Some(held) = HeldOut::of_folds(&records, dataset) else { return Ok(None) };
+        let Some(held) = HeldOut::of_folds(records, dataset) else { return Ok(None) };
         let parts = HeldOutParts::of(&results.protocol);
         let levels = Levels::of_task(&results.task);
         let certainty = Certainty::fit(&held, &levels, parts, &dataset.digest, results.seed)?;
@@ -275,16 +275,15 @@ fn records_of(folder: &RunFolder, row: &str) -> taxel::learn::Result<Vec<FoldRec
 
 /// Fits the intervals of a row of values to the errors of its test parts.
 fn intervals(
-    folder: &RunFolder,
     results: &Results,
-    row: &str,
+    (row, records): (&str, &[FoldRecord]),
     dataset: &Dataset,
-) -> taxel::learn::Result<Option<Intervals>> {
-    let Some(held) = HeldOutValues::of_folds(&records_of(folder, row)?, dataset) else { return Ok(None) };
+) -> Option<Intervals> {
+    let held = HeldOutValues::of_folds(records, dataset)?;
     let intervals = Intervals::fit(&held, HeldOutParts::of(&results.protocol), &dataset.digest);
     if intervals.is_none() {
         let count = held.len();
         note(format!("no intervals: the run has {count} predictions of {row}, and 30 are needed"));
     }
-    Ok(intervals)
+    intervals
 }
