@@ -20,7 +20,7 @@ pub struct Stream {
 #[pymethods]
 impl Stream {
     #[new]
-    #[pyo3(signature = (model, hop=None, contact=false, before=None, early=None, least=None, full_scale=None, unknown=0.0, interval=None))]
+    #[pyo3(signature = (model, hop=None, contact=false, before=None, early=None, least=None, full_scale=None, unknown=0.0, interval=None, tare=None))]
     #[expect(clippy::too_many_arguments, reason = "as many as a stream has options")]
     fn new(
         py: Python<'_>,
@@ -33,6 +33,7 @@ impl Stream {
         full_scale: Option<f32>,
         unknown: f32,
         interval: Option<f64>,
+        tare: Option<usize>,
     ) -> PyResult<Self> {
         interval.map_or(Ok(()), |share| refuse_share(model.inner.card(), share))?;
         let options = StreamOptions {
@@ -44,6 +45,7 @@ impl Stream {
             full_scale,
             unknown,
             interval,
+            tare,
             ..StreamOptions::default()
         };
         short(py, || {
@@ -92,6 +94,11 @@ impl Stream {
     /// Begins another recording.
     fn begin(&self) {
         self.decider.lock().unwrap_or_else(PoisonError::into_inner).begin();
+    }
+
+    /// Takes the level at rest anew, from the next readings; false for a model that reads what the sensor gives.
+    fn tare(&self) -> bool {
+        self.decider.lock().unwrap_or_else(PoisonError::into_inner).tare()
     }
 
     /// Returns the values of one reading, readings of a window, readings from one window to the next.

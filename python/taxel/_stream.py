@@ -63,6 +63,9 @@ class Stream:
     interval : float, optional
         Share of windows whose intervals are to hold the true values: 0.8, 0.9, 0.95 or 0.99. By default no intervals. Only
         of a model that has them, see :meth:`Model.predict_interval`.
+    tare : int, optional
+        First readings that are at rest, whose mean is taken off: for a model whose training had resting values taken off. By
+        default as many as there, or 10 where these came in an array.
 
     >>> stream = taxel.Stream(model, early=0.95)        # doctest: +SKIP
     >>> for decision in stream.feed(sensor):            # doctest: +SKIP
@@ -81,11 +84,12 @@ class Stream:
         full_scale: float | None = None,
         unknown: float = 0.0,
         interval: float | None = None,
+        tare: int | None = None,
     ) -> None:
         self.model: Model = getattr(model, "model_", model)
         if not isinstance(self.model, Model):
             raise TypeError(f"a stream asks a taxel.Model or a fitted estimator, not {type(model).__name__}")
-        self._native = _taxel.Stream(self.model._native, hop, contact, before, early, least, full_scale, unknown, interval)
+        self._native = _taxel.Stream(self.model._native, hop, contact, before, early, least, full_scale, unknown, interval, tare)
         self._names = list(self.model.attributes.values())
         self._quantities = self.model.quantities
 
@@ -141,3 +145,10 @@ class Stream:
     def begin(self) -> None:
         """Another recording begins: nothing of the last one counts."""
         self._native.begin()
+
+    def tare(self) -> bool:
+        """Takes the level at rest anew, from the next readings; until then nothing is decided.
+
+        False for a model that reads what the sensor gives.
+        """
+        return self._native.tare()

@@ -45,6 +45,7 @@ mod options;
 mod reader;
 mod recordings;
 mod split;
+mod tare;
 mod targets;
 mod unit;
 mod write;
@@ -82,6 +83,7 @@ pub use recordings::{
 pub use split::{
     Fold, Shares, few_per_class, group_k_fold, hold_back, random_group_split, random_split, stratified_k_fold,
 };
+pub use tare::{NotATare, Tare};
 pub use targets::options::{TargetNames, TargetOf, TaskKind};
 pub use taxel_base::Layout;
 pub use taxel_base::files::{PART, write_whole};

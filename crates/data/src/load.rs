@@ -9,6 +9,7 @@ use crate::dataset::raw::Raw;
 use crate::formats::bag::path::{how_to_convert, is_bag};
 use crate::formats::ucr::ucr::{names_pair, without_partner};
 use crate::formats::{READERS, npy_file};
+use crate::layout::resting::tare;
 use crate::options::{ReadOptions, refuse_set};
 use crate::reader::{Place, Purpose};
 use crate::{Error, Result};
@@ -107,6 +108,7 @@ pub(crate) fn open(path: &Path, purpose: Purpose, options: &ReadOptions) -> Resu
     let why = "names topics of bags, of which there are none; leave it out";
     refuse_set(&raw.file, &[("topics", has_no_bags)], why)?;
     name_channels(&mut raw, options)?;
+    tare(&mut raw, options)?;
     Ok(raw)
 }
 

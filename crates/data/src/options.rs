@@ -5,6 +5,7 @@ use taxel_base::Layout;
 
 use crate::formats::table::options::TableOptions;
 use crate::length::length::Length;
+use crate::tare::Tare;
 use crate::targets::options::{TargetNames, TargetOf, TaskKind};
 use crate::{Error, Result};
 
@@ -131,6 +132,11 @@ pub struct ReadOptions {
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME"))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub recording: Option<String>,
+    /// The resting values that are taken off the readings: recording, the first reading of each recording, recording:18, the
+    /// mean of its first 18, or array:NAME, an array with a row for each sample.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "REST"))]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tare: Option<Tare>,
     /// The array that holds the groups, if it is not called `group`; of labels.csv or a table the column.
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME"))]
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -9,6 +9,7 @@ use crate::contact::Contact;
 use crate::error::{Error, Result};
 use crate::health::Health;
 use crate::options::StreamOptions;
+use crate::rest::RestLevel;
 use crate::window::Window;
 
 /// A model that predicts on the time steps of one sensor as they come. After the first prediction it allocates nothing.
@@ -22,6 +23,8 @@ pub struct Decider {
     window: Window,
     health: Health,
     contact: Option<Contact>,
+    /// Of a model whose training had it taken off.
+    rest: Option<RestLevel>,
     levels: Levels,
     hop: usize,
     before: usize,
@@ -110,6 +113,7 @@ impl Decider {
             workspace: predictor.workspace()?,
             health: Health::new(spec, full_scale),
             waiting: contact.is_some(),
+            rest: RestLevel::new(spec, options.tare),
             contact,
             probabilities: vec![0.0; card.task.outputs()],
             share: options.interval,
@@ -166,8 +170,25 @@ impl Decider {
     pub fn begin(&mut self) {
         self.health.begin();
         self.contact.iter_mut().for_each(Contact::begin);
+        self.rest.iter_mut().for_each(RestLevel::begin);
         self.readings = 0;
         self.anew();
+    }
+
+    /// Takes the level at rest anew, from the next readings; until then nothing is decided. False for a model that reads what the
+    /// sensor gives.
+    pub fn tare(&mut self) -> bool {
+        self.rest.iter_mut().for_each(RestLevel::begin);
+        self.rest.is_some()
+    }
+
+    /// Writes a time step as the training had it: less the level at rest. False while that is not known.
+    pub fn tared(&self, reading: &[f32], tared: &mut Vec<f32>) -> bool {
+        tared.clear();
+        tared.extend_from_slice(reading);
+        let (before, _, after) = self.card().spec.around_time();
+        self.rest.iter().for_each(|rest| rest.take_off(tared, (before, 1, after)));
+        self.rest.as_ref().is_none_or(RestLevel::is_known)
     }
 
     /// Gives up the window under way and begins another one: time steps are missing.
@@ -187,6 +208,8 @@ impl Decider {
         self.health.push(reading);
         let begins = self.contact.as_mut().is_some_and(|contact| contact.push(reading));
         self.contacts += u64::from(begins);
+        let is_touching = self.contact.as_ref().map(Contact::is_touching);
+        self.rest.iter_mut().for_each(|rest| rest.push(reading, is_touching));
         if self.waiting {
             self.window.push(reading);
             if !begins {
@@ -202,8 +225,10 @@ impl Decider {
         }
         let (known, ticks) = (self.window.known(), self.window.ticks());
         let full = known == ticks;
-        let predicted = (!self.decided && (full || (self.early.is_some() && known >= self.least)))
-            .then(|| self.predict_window());
+        let is_tared = self.rest.as_ref().is_none_or(RestLevel::is_known);
+        let predicted =
+            (is_tared && !self.decided && (full || (self.early.is_some() && known >= self.least)))
+                .then(|| self.predict_window());
         let decides = predicted.as_ref().is_some_and(|sure| full || matches!(sure, Ok(true)));
         self.decided |= decides;
         if full {
@@ -225,6 +250,12 @@ impl Decider {
     /// Predicts the window as it is; returns whether the model is confident enough to decide early.
     fn predict_window(&mut self) -> std::result::Result<bool, taxel_learn::Error> {
         self.window.sample(self.padding, &mut self.sample);
+        let around = self.card().spec.around_time();
+        if let Some(rest) = &self.rest {
+            rest.take_off(&mut self.sample, around);
+            // Padding is at rest, or the last time step: the level is not taken off twice.
+            self.padding.fill(&mut self.sample, (around.0, around.2), self.window.known());
+        }
         let seen = self.window.known() as f64 / self.window.ticks() as f64;
         let predicted = self.predictor.predict_start(&mut self.workspace, &self.sample, seen)?;
         self.probabilities.copy_from_slice(predicted);
@@ -313,6 +344,13 @@ fn check(
     }
     if !(0.0..1.0).contains(&options.unknown) {
         return refuse("unknown", options.unknown.to_string(), "is a share from 0 and below 1, as 0.05");
+    }
+    if let Some(steps) = options.tare.filter(|_| spec.tare.is_none()) {
+        return refuse(
+            "tare",
+            steps.to_string(),
+            "has no meaning here: the model reads what the sensor gives",
+        );
     }
     if before >= ticks {
         let why = format!("leaves nothing of a window of {ticks} readings to contact");

@@ -49,6 +49,7 @@ mod options;
 mod pace;
 mod queue;
 mod replay;
+mod rest;
 #[cfg(feature = "serial")]
 mod serial;
 mod source;

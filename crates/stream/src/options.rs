@@ -23,6 +23,9 @@ pub struct StreamOptions {
     pub least: Option<usize>,
     /// Padding of a window that is decided early. Default that of the model's length rule, else its last time step.
     pub padding: Option<Padding>,
+    /// First readings that are at rest: their mean is taken off where the training had resting values taken off. Default as many
+    /// as there, or 10 where these came in an array; 0 for readings that are tared already.
+    pub tare: Option<usize>,
     /// The largest possible value. Default that of the model's card.
     pub full_scale: Option<f32>,
 }

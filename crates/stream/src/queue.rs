@@ -32,6 +32,8 @@ pub enum Next {
     Reading(Arrival),
     /// Another recording begins; its name.
     Begin(String),
+    /// The sensor is at rest: the level at rest is to be taken anew.
+    Tare,
     /// The source has ended, or broken off.
     End(Result<()>),
     /// Nothing came in the time given.
@@ -112,6 +114,7 @@ pub(crate) enum Skip {
 enum QueueItem {
     Reading(Arrival),
     Begin(String),
+    Tare,
     End(Result<()>),
 }
 
@@ -176,6 +179,10 @@ impl Feed {
         self.to.send(QueueItem::Begin(name.into())).map_err(|_| Closed)
     }
 
+    pub fn tare(&self) -> std::result::Result<(), Closed> {
+        self.to.send(QueueItem::Tare).map_err(|_| Closed)
+    }
+
     pub fn end(self, how: Result<()>) {
         // Nobody may be there to hear it.
         let _ = self.to.send(QueueItem::End(how));
@@ -217,6 +224,7 @@ impl From<QueueItem> for Next {
         match item {
             QueueItem::Reading(arrival) => Next::Reading(arrival),
             QueueItem::Begin(name) => Next::Begin(name),
+            QueueItem::Tare => Next::Tare,
             QueueItem::End(how) => Next::End(how),
         }
     }

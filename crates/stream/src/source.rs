@@ -34,6 +34,16 @@ pub enum StreamSource {
     },
 }
 
+impl StreamSource {
+    /// Checks whether lines come from it; others are recordings that can be read.
+    pub fn has_lines(&self) -> bool {
+        match self {
+            StreamSource::Path(path) => holds_lines(path),
+            _ => true,
+        }
+    }
+}
+
 /// How a source is read.
 #[derive(Debug, Clone)]
 pub struct SourceSettings {

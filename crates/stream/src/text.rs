@@ -48,6 +48,12 @@ impl Text<'_> {
             if number == 1 && self.begins_inside && !line.has_names_alone() {
                 continue;
             }
+            if number > 1 && line.is_word("tare") {
+                if let Err(Closed) = feed.tare() {
+                    return Ok(());
+                }
+                continue;
+            }
             let read = match line {
                 InputLine::TooLong => Err((Some(Skip::TooLong), format!("it is longer than {most} bytes"))),
                 InputLine::Whole(line) => match std::str::from_utf8(line) {
@@ -123,6 +129,11 @@ impl Fault {
 }
 
 impl InputLine<'_> {
+    /// Checks whether it is this word alone.
+    fn is_word(&self, word: &str) -> bool {
+        matches!(self, InputLine::Whole(line) if line.trim_ascii().eq_ignore_ascii_case(word.as_bytes()))
+    }
+
     /// Checks whether a line holds names of columns and no numbers.
     fn has_names_alone(&self) -> bool {
         match self {

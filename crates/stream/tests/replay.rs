@@ -14,6 +14,8 @@ use taxel_stream::{LineColumns, Next, Pace, SourceSettings, StreamSource, start}
 struct Came {
     readings: Vec<(Vec<f32>, Option<f64>)>,
     begins: Vec<String>,
+    /// Time steps before each wish for a new level at rest.
+    tares: Vec<usize>,
     error: Option<String>,
     said: Vec<String>,
 }
@@ -33,6 +35,7 @@ fn replayed(path: &Path, spec: &SampleSpec, rate: Option<f64>, pace: Pace) -> Ca
         match stream.next(Duration::from_secs(60)) {
             Next::Reading(arrival) => came.readings.push((arrival.values, arrival.stamp)),
             Next::Begin(name) => came.begins.push(name),
+            Next::Tare => came.tares.push(came.readings.len()),
             Next::End(how) => {
                 came.error = how.err().map(|e| e.to_string());
                 came.said = said.lock().unwrap().clone();
@@ -109,4 +112,8 @@ fn lines_of_a_file_without_stamps_take_the_rate_and_skipped_ones_their_time() {
     assert_eq!(came.readings, [(vec![1.0, 2.0], Some(0.0)), (vec![3.0, 4.0], Some(0.2))]);
     assert_eq!(came.said.len(), 1, "{:?}", came.said);
     assert!(came.said[0].contains("line 3: column 2: \"x\" is no number"));
+    // A line that asks for the level at rest is no time step and takes no time; the first line may be a name of a column.
+    std::fs::write(&lines, "1,2\ntare\n3,4\n TARE \n").unwrap();
+    let came = replayed(&lines, &SampleSpec::new(Layout::Series, &[2, 2]), Some(10.0), Pace::Fast);
+    assert_eq!((came.readings.len(), came.readings[1].1, came.tares), (2, Some(0.1), vec![1, 2]));
 }

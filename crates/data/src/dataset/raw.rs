@@ -4,6 +4,7 @@ use crate::dataset::source::Source;
 use crate::dataset::targets::{Quantity, Values};
 use crate::formats::table::options::TableOptions;
 use crate::length::ragged::Ragged;
+use crate::tare::Tare;
 use crate::targets::steps::StepTargets;
 use taxel_base::Layout;
 
@@ -41,6 +42,8 @@ pub(crate) struct Raw {
     pub steps: Option<StepTargets>,
     /// The array that says to which recording each row of `x` belonged.
     pub recording: Option<String>,
+    /// The resting values that were taken off `x`.
+    pub tared: Option<Tare>,
     pub facts: SampleFacts,
     pub groups: Option<NamedColumn>,
     /// Not 0 for samples that the authors test on, with the array's name.
@@ -79,6 +82,7 @@ impl Default for Raw {
             values: None,
             steps: None,
             recording: None,
+            tared: None,
             facts: SampleFacts::default(),
             groups: None,
             official: None,

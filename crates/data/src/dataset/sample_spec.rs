@@ -2,6 +2,7 @@
 
 use crate::formats::table::options::TableOptions;
 use crate::length::length::{Length, Padding};
+use crate::tare::Tare;
 use serde::{Deserialize, Serialize};
 use taxel_base::Layout;
 
@@ -28,6 +29,9 @@ pub struct SampleSpec {
     /// The array that named the recording of each row, where rows of `x` were readings.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub recording: Option<String>,
+    /// The resting values that were taken off.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tare: Option<Tare>,
     /// Topics of bags that were read, in the order of their channels.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub topics: Vec<String>,
@@ -66,6 +70,7 @@ impl SampleSpec {
             topics: vec![],
             table: None,
             recording: None,
+            tare: None,
             unit: None,
             rate: None,
             stamped: None,

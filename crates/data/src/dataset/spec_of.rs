@@ -65,6 +65,7 @@ pub(crate) fn spec_of(
         topics: raw.topics.clone(),
         table: raw.table.clone(),
         recording: raw.recording.clone(),
+        tare: raw.tared.clone(),
         unit: raw.facts.unit.clone(),
         rate,
         stamped: raw.facts.stamped,

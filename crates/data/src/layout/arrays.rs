@@ -11,11 +11,13 @@ use crate::layout::files;
 use crate::layout::listing::unsorted;
 use crate::layout::names_file;
 use crate::layout::readings::Readings;
+use crate::layout::resting::tare_by_array;
 use crate::layout::roles::{Roles, SampleArrays, Unclear};
 use crate::layout::sample;
 use crate::length::ragged::{Collected, Ragged};
 use crate::options::{Limits, ReadOptions, refuse_set};
 use crate::reader::{FileFormat, Format, Place, Purpose, Reader, Sample};
+use crate::tare::Tare;
 use crate::targets::steps::StepTargets;
 use crate::{Error, Result};
 use std::path::{Path, PathBuf};
@@ -64,6 +66,7 @@ impl Reader for ArrayFile {
             .map_err(|unclear| refuse(archive, unclear))?;
         let ReadSamples { x, dtype, origins, official } =
             read_samples(archive, &roles.x, facts.layout, options)?;
+        let (x, tared) = tare_by_array(x, [options.layout, facts.layout], &dtype, archive, options)?;
         let samples = x.len();
         let stored = roles.y.as_ref().map(|arrays| {
             let names = names.as_ref();
@@ -91,6 +94,7 @@ impl Reader for ArrayFile {
             names: names.or(labels.names),
             values,
             steps,
+            tared,
             facts,
             groups,
             official,
@@ -180,7 +184,9 @@ fn others(archive: &Archive, roles: &Roles, options: &ReadOptions) -> Vec<String
         SampleArrays::Each(each) => &each[..],
     };
     let of_y = roles.y.iter().flatten().flatten();
-    let named = of_y.chain(roles.group.iter().flatten()).chain(&options.test).chain(&options.recording);
+    let tared = options.tare.as_ref().and_then(Tare::array);
+    let named =
+        of_y.chain(roles.group.iter().flatten()).chain(&options.test).chain(&options.recording).chain(tared);
     let used: Vec<&String> = named.chain(samples).collect();
     archive.arrays().into_iter().filter(|name| !used.contains(&name)).collect()
 }

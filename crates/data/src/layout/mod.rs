@@ -23,6 +23,7 @@ pub(crate) mod names_file;
 pub(crate) mod not_built;
 pub(crate) mod order;
 pub(crate) mod readings;
+pub(crate) mod resting;
 pub(crate) mod roles;
 pub(crate) mod sample;
 pub(crate) mod split_part;

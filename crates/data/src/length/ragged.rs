@@ -188,6 +188,45 @@ impl Ragged {
         self.settled()
     }
 
+    /// Takes off each reading along `axis` the mean of the first `steps` of its sample, in f64.
+    pub fn tared(mut self, axis: usize, steps: usize) -> Self {
+        let (outer, inner) = self.around(axis);
+        let lengths = self.lengths(axis);
+        let mut rest = self.values.as_mut_slice();
+        for length in lengths {
+            for _ in 0..outer {
+                let (own, others) = rest.split_at_mut(length * inner);
+                rest = others;
+                let first = steps.min(length).max(1) as f64;
+                for at in 0..inner {
+                    let level: f64 =
+                        own.iter().skip(at).step_by(inner).take(steps).map(|v| f64::from(*v)).sum();
+                    let level = level / first;
+                    own.iter_mut().skip(at).step_by(inner).for_each(|v| *v = (f64::from(*v) - level) as f32);
+                }
+            }
+        }
+        self
+    }
+
+    /// Takes off each sample its values of `levels`, which have no axis `time`; of samples without one all values.
+    pub fn less(mut self, levels: &[f32], time: Option<usize>) -> Self {
+        let (outer, inner) = time.map_or((1, self.shape.iter().product()), |axis| self.around(axis));
+        let lengths = time.map_or(vec![1; self.samples], |axis| self.lengths(axis));
+        let mut rest = self.values.as_mut_slice();
+        let mut levels = levels.chunks_exact(inner.max(1));
+        for length in lengths {
+            for level in levels.by_ref().take(outer) {
+                let (own, others) = rest.split_at_mut(length * inner);
+                rest = others;
+                for reading in own.chunks_exact_mut(inner) {
+                    reading.iter_mut().zip(level).for_each(|(value, level)| *value -= level);
+                }
+            }
+        }
+        self
+    }
+
     /// Returns the number of values before and after an axis in memory: a sample has `before · length · after`.
     pub fn around(&self, axis: usize) -> (usize, usize) {
         (self.shape[..axis].iter().product(), self.shape[axis + 1..].iter().product())

@@ -37,6 +37,7 @@ impl ModelRecordings<'_> {
             channel_names: spec.channel_names.clone(),
             stamped: spec.recorded_rate(),
             recording: self.read_options.recording.clone().or_else(|| spec.recording.clone()),
+            tare: self.read_options.tare.clone().or_else(|| spec.tare.clone()),
             ..self.read_options.clone()
         };
         let to = spec.layout.time_axis().map(|axis| spec.shape[axis]);

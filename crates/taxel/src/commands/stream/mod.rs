@@ -114,6 +114,10 @@ pub struct Stream {
     /// time step].
     #[arg(long, value_enum, requires = "early")]
     pad: Option<Filler>,
+    /// First readings that are at rest: their mean is taken off, for a model whose training had resting values taken off
+    /// [default: as many as there, or 10]. A line that says tare takes the rest anew.
+    #[arg(long, value_name = "N")]
+    tare_steps: Option<usize>,
     /// The largest possible value [default: the model's]; a value there is saturated.
     #[arg(long, value_name = "VALUE")]
     full_scale: Option<f32>,
@@ -159,7 +163,7 @@ impl Stream {
         let predictor = Model::open(&self.model)?.predictor(1, 1)?;
         let (unknown, sets) = self.certainty.of(predictor.card())?;
         let interval = self.certainty.interval(predictor.card())?;
-        let options = StreamOptions { interval, ..self.options(unknown) };
+        let options = StreamOptions { interval, tare: self.tare(predictor.card()), ..self.options(unknown) };
         let mut decider = Decider::new(predictor, &options)?;
         self.say_how_sure(decider.card());
         if let Some(taxel::Length::Resample { to }) = decider.card().spec.length {
@@ -175,6 +179,8 @@ impl Stream {
             summary: StreamSummary::new(decider.card()),
             rate_compared: false,
             no_contact_said: false,
+            no_tare_said: false,
+            tared: vec![],
             far: vec![],
             first: None,
         };
@@ -215,6 +221,17 @@ impl Stream {
                 Filler::Edge => Padding::Edge,
             }),
             full_scale: self.full_scale,
+            tare: self.tare_steps,
+        }
+    }
+
+    /// Returns how many first readings are at rest: none where the array of the training is there again.
+    fn tare(&self, card: &Card) -> Option<usize> {
+        let is_read = card.spec.tare.as_ref().is_some_and(|tare| tare.array().is_some());
+        if is_read && self.tare_steps.is_none() && !self.source().has_lines() {
+            Some(0)
+        } else {
+            self.tare_steps
         }
     }
 
@@ -259,6 +276,7 @@ impl Stream {
             topics: if bags { spec.topics.clone() } else { vec![] },
             table: spec.table.clone().unwrap_or_default(),
             channel_names: spec.channel_names.clone(),
+            tare: spec.tare.clone().filter(|_| self.tare(card) == Some(0)),
             ..ReadOptions::default()
         };
         SourceSettings {
@@ -281,6 +299,10 @@ struct Answering {
     rate_compared: bool,
     /// Whether it was said that no contact can be seen.
     no_contact_said: bool,
+    /// Whether it was said that nothing is taken off.
+    no_tare_said: bool,
+    /// A time step less the level at rest.
+    tared: Vec<f32>,
     /// Channels of which a value far outside the training's was said.
     far: Vec<usize>,
     /// Time at which the first time step came.
@@ -316,6 +338,11 @@ impl Answering {
                     decider.begin();
                     self.stamps.begin();
                     self.writer.recording = Some(name);
+                }
+                Next::Tare => {
+                    if !decider.tare() && !std::mem::replace(&mut self.no_tare_said, true) {
+                        warn("tare: the model reads what the sensor gives, so nothing is taken off");
+                    }
                 }
                 Next::Reading(arrival) => {
                     let written = self.reading(decider, &arrival, &mut out);
@@ -365,7 +392,11 @@ impl Answering {
     /// Says each channel once that has a value far outside those of the training.
     fn say_far_values(&mut self, decider: &Decider, values: &[f32]) {
         let card = decider.card();
-        for outside in card.trained_on.ranges.outside(values) {
+        // Ranges are those of tared readings.
+        if !decider.tared(values, &mut self.tared) {
+            return;
+        }
+        for outside in card.trained_on.ranges.outside(&self.tared) {
             if self.far.contains(&outside.channel) {
                 continue;
             }
