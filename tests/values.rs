@@ -154,3 +154,111 @@ fn a_loss_of_classes_is_refused_for_values() {
         assert!(!out.exists());
     }
 }
+
+/// The mean absolute error of a model for the presses of a file, whose forces are `offset`'s.
+fn error_of(model: &str, file: &str, offset: usize) -> f64 {
+    let said = ends(0, &["predict", model, file, "--format", "json"]);
+    let said: Value = serde_json::from_str(&said).unwrap();
+    let answers = said["answers"].as_array().unwrap();
+    let error = |(i, answer): (usize, &Value)| {
+        let force = f64::from(((i * 37 + offset) % 101) as u32) / 10.1;
+        (answer["predicted"]["force"].as_f64().unwrap() - force).abs()
+    };
+    answers.iter().enumerate().map(error).sum::<f64>() / answers.len() as f64
+}
+
+#[test]
+fn a_network_goes_on_learning_from_ten_presses_of_another_sensor() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    let gained = |name: &str, samples, offset, gain: f32| {
+        let path = folder.path().join(name);
+        presses(&path, samples, offset);
+        let mut dataset = taxel::load(&path, &taxel::ReadOptions::default()).unwrap();
+        dataset.x *= gain;
+        dataset.save(&path).unwrap();
+    };
+    presses(&folder.path().join("skin.npz"), 80, 0);
+    gained("few.npz", 10, 3, 1.4);
+    gained("new.npz", 60, 5, 1.4);
+    fs::write(folder.path().join("skin.toml"), networks(&["huber"])).unwrap();
+    let (old, new) = (at("old.safetensors"), at("new.safetensors"));
+    ends(0, &["fit", &at("skin.toml"), "--output", &old]);
+    let card = ends(0, &["fit", &at("few.npz"), "--from", &old, "--output", &new]);
+    assert!(
+        card.contains("tuned from") && card.contains("10 samples") && card.contains("no intervals"),
+        "{card}"
+    );
+    let (before, after) = (error_of(&old, &at("new.npz"), 5), error_of(&new, &at("new.npz"), 5));
+    assert!(before > 1.0 && after < 0.5 * before, "{before} N before, {after} N after");
+    // The same command gives the same bytes.
+    let again = at("again.safetensors");
+    ends(0, &["fit", &at("few.npz"), "--from", &old, "--output", &again, "--threads", "1"]);
+    assert_eq!(fs::read(&new).unwrap(), fs::read(&again).unwrap());
+
+    let error = ends(2, &["fit", &at("few.npz"), "--from", &old, "--quick", "--output", &again]);
+    assert!(error.contains("--quick"), "{error}");
+    fs::write(folder.path().join("ridge.toml"), CONFIG).unwrap();
+    ends(0, &["fit", &at("ridge.toml"), "--network", "ridge", "--output", &at("ridge.safetensors")]);
+    let error = ends(2, &["fit", &at("few.npz"), "--from", &at("ridge.safetensors"), "--output", &again]);
+    assert!(error.contains("a baseline, which is fitted at once"), "{error}");
+    let mut dataset = taxel::load(&folder.path().join("few.npz"), &taxel::ReadOptions::default()).unwrap();
+    let depth = Quantity { name: "depth".into(), unit: Some("mm".into()) };
+    dataset.targets = Targets::Values(Values::new(vec![depth], vec![1.0; 10]));
+    dataset.save(&folder.path().join("depth.npz")).unwrap();
+    let error = ends(2, &["fit", &at("depth.npz"), "--from", &old, "--output", &again]);
+    assert!(error.contains("quantities force N; these are quantities depth mm"), "{error}");
+}
+
+#[test]
+fn the_rest_of_a_run_is_taken_off_in_training_prediction_and_stream() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    // The level of each recording at rest differs by more than a press changes it; its first reading is at rest.
+    let levelled = |name: &str, samples, offset| {
+        let path = folder.path().join(name);
+        presses(&path, samples, offset);
+        let mut dataset = taxel::load(&path, &taxel::ReadOptions::default()).unwrap();
+        for (i, mut sample) in dataset.x.outer_iter_mut().enumerate() {
+            for mut channel in sample.outer_iter_mut() {
+                channel[0] = 0.0;
+                channel += (i * 13 % 50) as f32;
+            }
+        }
+        dataset.save(&path).unwrap();
+    };
+    levelled("skin.npz", 80, 0);
+    levelled("new.npz", 20, 5);
+    let config = CONFIG.replace("path = \"skin.npz\"", "path = \"skin.npz\"\ntare = \"recording\"");
+    fs::write(folder.path().join("skin.toml"), config).unwrap();
+    let model = at("m.safetensors");
+    ends(0, &["fit", &at("skin.toml"), "--network", "ridge", "--output", &model]);
+    assert!(error_of(&model, &at("new.npz"), 5) < 0.1);
+    let said = ends(0, &["predict", &model, &at("new.npz"), "--format", "json"]);
+    let said: Value = serde_json::from_str(&said).unwrap();
+    let streamed = ends(0, &["stream", &model, "--input", &at("new.npz")]);
+    for (line, answer) in streamed.lines().zip(said["answers"].as_array().unwrap()) {
+        let line: Value = serde_json::from_str(line).unwrap();
+        let [streamed, predicted] =
+            [&line["values"]["force"], &answer["predicted"]["force"]].map(|v| v.as_f64().unwrap() as f32);
+        assert_eq!(streamed, predicted, "{line}");
+    }
+    assert_eq!(streamed.lines().count(), 20);
+    // A line takes the rest anew: the same press on another level has the same force.
+    let press =
+        |level: f32| (0..12).map(move |t| format!("{},{}\n", level + t as f32, level + 2.0 * t as f32));
+    let lines: String = press(0.0).chain(["tare\n".to_string()]).chain(press(30.0)).collect();
+    let mut command = Command::cargo_bin("taxel").unwrap();
+    let output = command.args(["stream", &model, "--hop", "12"]).write_stdin(lines).output().unwrap();
+    let said = String::from_utf8(output.stdout).unwrap();
+    let forces: Vec<Value> = said
+        .lines()
+        .map(|line| serde_json::from_str::<Value>(line).unwrap()["values"]["force"].clone())
+        .collect();
+    assert!(forces.len() == 2 && forces[0] == forces[1], "{said}");
+    let plain = at("plain.safetensors");
+    fs::write(folder.path().join("plain.toml"), CONFIG).unwrap();
+    ends(0, &["fit", &at("plain.toml"), "--network", "ridge", "--output", &plain]);
+    let error = ends(2, &["stream", &plain, "--input", &at("new.npz"), "--tare-steps", "3"]);
+    assert!(error.contains("the model reads what the sensor gives"), "{error}");
+}

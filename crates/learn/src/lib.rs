@@ -55,6 +55,7 @@ pub use estimator::fit::{Fit, fit};
 pub use estimator::one_fold::{OneFold, Tested, inner_folds};
 pub use estimator::search::{Chosen, Combination, Search, Trial};
 pub use estimator::trainable::Trainable;
+pub use estimator::tuning::Tuning;
 pub use latency::{Latency, Stopwatch, milliseconds};
 pub use model::{
     Card, FORMAT, Model, ModelInput, ModelKind, OutsideRange, Predictions, Predictor, Quantized, Ranges,

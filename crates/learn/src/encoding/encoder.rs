@@ -10,7 +10,7 @@ use taxel_encodings::{ElectrodeImage, Method, NumaTac, QuantileCode, Resize, Sca
 use taxel_guard::Guard;
 
 use super::guarding::{fitted_guard, mended};
-use super::names::{IMAGE, ROCKET, SERIES, SIGNAL, TENSOR};
+use super::names::{IMAGE, INPUTS, ROCKET, SERIES, SIGNAL, TENSOR};
 use super::rocket::{Rocket, RocketSettings};
 use super::scale::{Scale, Scaled};
 use super::settings::{Electrodes, Encoding, Image, PictureSettings, SqueezeFrame, reduction_problem};
@@ -98,6 +98,30 @@ impl<'a> Encoder<'a> {
     /// Makes an encoder that has made nothing yet.
     pub fn new(encoding: &Encoding, dataset: &'a Dataset) -> Self {
         Encoder { encoding: encoding.clone(), dataset, source: dataset.source.to_string(), plans: vec![] }
+    }
+
+    /// Makes the inputs of a model by what was fitted for it: nothing is fitted anew.
+    ///
+    /// # Errors
+    /// Readings that cannot be encoded, an input that no encoding makes.
+    pub(crate) fn of_inputs<'t>(
+        dataset: &'a Dataset,
+        inputs: impl Iterator<Item = (&'t str, &'t Transform)>,
+        guard: Option<Guard>,
+    ) -> Result<Self> {
+        let mut encoder = Self::new(&Encoding::default(), dataset);
+        let guard = guard.map(Arc::new);
+        let behind = guard.as_ref().map(|guard| mended(guard, &dataset.x).0);
+        let samples = behind.as_ref().unwrap_or(&dataset.x);
+        for (name, transform) in inputs {
+            let known = INPUTS.into_iter().find(|known| *known == name);
+            let name = known.ok_or_else(|| Problem::new("input", name, "is made by no encoding"))?;
+            let start = Instant::now();
+            let x = transform.apply(samples, &encoder.source)?;
+            let input = encoder.input(name, transform.clone(), x, start)?;
+            encoder.plans.push(InputPlan::Done(Input { guard: guard.clone(), ..input }));
+        }
+        Ok(encoder)
     }
 
     /// Returns the samples.

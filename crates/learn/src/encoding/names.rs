@@ -10,3 +10,5 @@ pub const TENSOR: &str = "tensor";
 pub const ROCKET: &str = "rocket";
 /// Input of baselines: channels × time.
 pub const SERIES: &str = "series";
+/// All of them.
+pub(super) const INPUTS: [&str; 5] = [SIGNAL, IMAGE, TENSOR, ROCKET, SERIES];

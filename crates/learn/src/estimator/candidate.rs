@@ -98,6 +98,11 @@ impl Candidate {
         Self::new(name, "", Arc::new(Trainable { graph, recipe, search: None, start: None }))
     }
 
+    /// Makes a candidate of a network that has been trained before.
+    pub(crate) fn trained(name: &str, paper: &str, network: Trainable) -> Self {
+        Self::new(name.into(), paper, Arc::new(network))
+    }
+
     /// Makes a candidate of a baseline, under the name of its method.
     pub fn baseline(method: Method) -> Self {
         Self::new(method.name().into(), method.reference(), Arc::new(Baseline { method, faults: None }))

@@ -10,3 +10,4 @@ pub(crate) mod one_fold;
 pub(crate) mod search;
 pub(crate) mod train_fold;
 pub(crate) mod trainable;
+pub(crate) mod tuning;

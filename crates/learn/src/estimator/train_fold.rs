@@ -130,6 +130,7 @@ fn model(job: &FoldJob, dataset: &Dataset, fitted: &dyn Fitted, inputs: &[Input]
             },
             seed: job.seed,
             ranges: ranges(dataset, &job.fold.train),
+            tuned_from: None,
         },
         quantized: None,
         score: None,

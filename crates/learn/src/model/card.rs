@@ -137,6 +137,9 @@ pub struct TrainedOn {
     /// Ranges of the raw values, channel by channel; empty in a model of an older version.
     #[serde(default, skip_serializing_if = "Ranges::is_empty")]
     pub ranges: Ranges,
+    /// The model that the training went on from, by the BLAKE3 of its tensors; none of one that began with fresh weights.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tuned_from: Option<String>,
 }
 
 /// Which part of a data set a model was trained on.
@@ -219,13 +222,16 @@ impl fmt::Display for Card {
         self.write_bits(f)?;
         self.write_inputs(f)?;
         self.write_task(f)?;
-        let TrainedOn { source, digest, samples, part, seed, .. } = &self.trained_on;
+        let TrainedOn { source, digest, samples, part, seed, tuned_from, .. } = &self.trained_on;
         let part = match part {
             TrainingPart::Everything => "all of them".to_string(),
             TrainingPart::Fold { repetition, fold } => format!("repetition {repetition}, fold {fold}"),
         };
         line(f, "trained on", format!("{source}, {samples} samples ({part}), seed {seed}"))?;
         line(f, "data digest", digest.clone())?;
+        tuned_from
+            .as_ref()
+            .map_or(Ok(()), |tensors| line(f, "tuned from", format!("the model of tensors {tensors}")))?;
         let score = match &self.score {
             None => "not measured".into(),
             Some(score) => score.words(&self.task),

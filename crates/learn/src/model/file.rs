@@ -6,7 +6,6 @@ use ndarray::{ArrayRef, IxDyn};
 use serde_json::{Value, json};
 use taxel_baselines::Method;
 use taxel_checkpoint::Cause;
-use taxel_data::Task;
 use taxel_graph::{Graph, Weights};
 
 use super::card::{Card, FORMAT, ModelKind, Quantized, TrainedOn, TrainingPart};
@@ -119,6 +118,14 @@ impl Model {
     /// Returns the same model, which was trained on all samples of its data set and not on a fold.
     pub fn of_everything(self) -> Self {
         let trained_on = TrainedOn { part: TrainingPart::Everything, ..self.card.trained_on };
+        Model { card: Card { trained_on, ..self.card }, ..self }
+    }
+
+    /// Returns the same model, whose training went on from that of `before`. Values that one of the two has met are in its range.
+    pub(crate) fn tuned_from(self, before: &Card) -> Self {
+        let ranges = self.card.trained_on.ranges.with(&before.trained_on.ranges);
+        let trained_on =
+            TrainedOn { tuned_from: Some(before.tensors.clone()), ranges, ..self.card.trained_on };
         Model { card: Card { trained_on, ..self.card }, ..self }
     }
 

@@ -44,6 +44,15 @@ impl Ranges {
         Ranges(ranges)
     }
 
+    /// Returns the ranges of the values of both; those of one where the other knows none.
+    pub(crate) fn with(&self, other: &Self) -> Self {
+        if self.0.len() != other.0.len() {
+            return if self.is_empty() { other.clone() } else { self.clone() };
+        }
+        let both = self.0.iter().zip(&other.0);
+        Ranges(both.map(|([a, b], [least, most])| [a.min(*least), b.max(*most)]).collect())
+    }
+
     /// Checks whether none is known, as of a model of an older version.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()

@@ -77,6 +77,17 @@ impl Optimizer {
         }
     }
 
+    /// Returns the same optimiser with another first learning rate.
+    pub(crate) fn with_lr(self, lr: f64) -> Self {
+        match self {
+            Optimizer::Sgdm { momentum, weight_decay, decay, .. } => {
+                Optimizer::Sgdm { lr, momentum, weight_decay, decay }
+            }
+            Optimizer::Adam(moments) => Optimizer::Adam(Moments { lr, ..moments }),
+            Optimizer::Adamw(moments) => Optimizer::Adamw(Moments { lr, ..moments }),
+        }
+    }
+
     /// Returns which parameters its penalty touches.
     pub(crate) fn decay(&self) -> Decay {
         match *self {

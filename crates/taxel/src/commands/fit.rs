@@ -2,16 +2,18 @@
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::atomic::AtomicBool;
 
 use clap::Args;
 use taxel::experiment::{Runner, settings};
 use taxel::judge::{Case, Judgement, held_out};
 use taxel::learn::certainty::{Certainty, HeldOut, HeldOutParts, HeldOutValues, Intervals};
 use taxel::learn::metrics::Levels;
-use taxel::learn::{FoldRecord, Results, Score};
-use taxel::{Dataset, Experiment, Overrides, ReadOptions, Registry, RunFolder, RunOptions};
+use taxel::learn::{FoldRecord, Results, Score, Tuning};
+use taxel::{Dataset, Experiment, Model, Overrides, ReadOptions, Registry, RunFolder, RunOptions};
 
 use crate::CommandResult;
+use crate::commands::arguments::model_recordings::ModelRecordings;
 use crate::commands::arguments::option_hints::with_option_hint;
 use crate::commands::arguments::output_format::OutputFormat;
 use crate::commands::arguments::paths::check_model_output;
@@ -31,10 +33,17 @@ use crate::{out, outln};
 #[derive(Args)]
 #[command(after_help = "Examples:  taxel fit runs/quickstart --output hardness.safetensors
            taxel fit runs/glove --network resnet8-lite-1d --output glove.safetensors
-           taxel fit configs/quickstart.toml --network mlp --output mlp.safetensors")]
+           taxel fit configs/quickstart.toml --network mlp --output mlp.safetensors
+           taxel fit ten-presses.npz --from force.safetensors --output new-force.safetensors")]
 pub struct Fit {
-    /// A run folder, or an experiment file.
-    from: PathBuf,
+    /// A run folder, or an experiment file; with --from labelled recordings.
+    path: PathBuf,
+    /// A model whose network goes on learning, from few recordings of another sensor of its kind. Scaling and batch norm stay.
+    #[arg(long, value_name = "MODEL", conflicts_with_all = ["network", "data", "quick", "set", "guard", "no_calibration", "save_every"])]
+    from: Option<PathBuf>,
+    /// Epochs of every training with --from [default: 300].
+    #[arg(long, value_name = "N", requires = "from")]
+    epochs: Option<usize>,
     /// The network or baseline, by its name in the tables [default: the one that is chosen].
     #[arg(long, value_name = "NAME")]
     network: Option<String>,
@@ -92,7 +101,10 @@ impl Fit {
         let cancel = flag(GRACE)?;
         let registry = Registry::built_in();
         check_model_output(&self.output)?;
-        let training = if self.from.is_dir() { self.of_run(&registry)? } else { self.of_config(&registry)? };
+        if let Some(model) = &self.from {
+            return self.tune(&Model::open(model)?, &cancel);
+        }
+        let training = if self.path.is_dir() { self.of_run(&registry)? } else { self.of_config(&registry)? };
         let Training { experiment, dataset, name, score, certainty, intervals, quantized } = training;
         detail(format!("{name} on {} samples, digest {}", dataset.x.shape()[0], dataset.digest));
         let runner = Runner { experiment: &experiment, registry: &registry, dataset: &dataset };
@@ -119,8 +131,49 @@ impl Fit {
             Some(certainty) => model.with_certainty_of(certainty, &dataset)?,
             None => model.with_certainty(None),
         };
-        model.save(&self.output)?;
+        let written = self.write(&model)?;
         taxel::learn::forget(&session)?;
+        Ok(written)
+    }
+
+    /// Trains a model further on labelled recordings.
+    fn tune(&self, model: &Model, cancel: &AtomicBool) -> CommandResult {
+        let recordings = ModelRecordings { data: &self.path, read_options: &self.read_options, as_is: None };
+        let (recordings, options) = recordings.of(model.card())?;
+        let mut dataset = taxel::load(&self.path, &options).map_err(|e| with_option_hint(e, None))?;
+        let comparison = model.card().spec.compare(&recordings.facts);
+        if comparison.unit.is_some() {
+            comparison.convert(&mut dataset.x);
+            dataset.spec.unit.clone_from(&model.card().spec.unit);
+        }
+        if dataset.len() != recordings.x.shape()[0] {
+            let (file, labelled, all) = (self.path.display(), dataset.len(), recordings.x.shape()[0]);
+            return Err(format!(
+                "{file}: {labelled} of {all} samples have targets; give all of them, or leave the others out"
+            )
+            .into());
+        }
+        let standard = Tuning::default();
+        let tuning = Tuning {
+            epochs: self.epochs.unwrap_or(standard.epochs),
+            seed: self.seed.unwrap_or(standard.seed),
+            options: RunOptions { threads: Some(self.threads.count()?), ..standard.options },
+            ..standard
+        };
+        let progress = progress();
+        progress.start(tuning.samples(&dataset) as u64);
+        let tuned = tuning.run(model, &dataset, &mut |samples| progress.step(samples as u64), cancel);
+        progress.finish();
+        let Some(tuned) = tuned? else {
+            note("stopped before anything was saved; the same command begins again");
+            return Ok(ExitCode::from(INTERRUPTED));
+        };
+        self.write(&tuned)
+    }
+
+    /// Writes a model, and its card to standard output.
+    fn write(&self, model: &Model) -> CommandResult {
+        model.save(&self.output)?;
         if self.format.is_json() {
             outln!("{}", serde_json::to_string_pretty(model.card())?);
         } else {
@@ -138,14 +191,14 @@ impl Fit {
 
     /// Returns the training of an experiment file: the network that --network names.
     fn of_config(&self, registry: &Registry) -> Result<Training, Box<dyn std::error::Error>> {
-        let experiment = Experiment::load(&self.from, &self.overrides(), registry)?;
+        let experiment = Experiment::load(&self.path, &self.overrides(), registry)?;
         let config = experiment.config();
         let name = match (&self.network, config.networks.as_slice()) {
             (Some(name), _) => name.clone(),
             (None, [one]) => one.label.clone(),
             (None, several) => {
                 let labels: Vec<&str> = several.iter().map(|network| network.label.as_str()).collect();
-                let file = self.from.display();
+                let file = self.path.display();
                 return Err(format!(
                     "{file} has {}; name one with --network, or run it first and fit from the run folder",
                     labels.join(", ")
@@ -167,7 +220,7 @@ impl Fit {
 
     /// Returns the training of a run: the network that is named, or that suffices.
     fn of_run(&self, registry: &Registry) -> Result<Training, Box<dyn std::error::Error>> {
-        let folder = RunFolder::open(&self.from)?;
+        let folder = RunFolder::open(&self.path)?;
         let results = folder.results()?;
         let row = match &self.network {
             Some(name) => name.clone(),
@@ -250,7 +303,7 @@ impl Fit {
         let choice = choice(&case)?;
         choice.words.iter().for_each(note);
         choice.chosen.ok_or_else(|| {
-            format!("{}: no network suffices; name one with --network", self.from.display()).into()
+            format!("{}: no network suffices; name one with --network", self.path.display()).into()
         })
     }
 
