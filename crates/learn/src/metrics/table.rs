@@ -6,7 +6,8 @@ use taxel_data::{Quantity, Task};
 
 use crate::error::{Error, Result};
 use crate::metrics::{
-    LevelScores, Levels, MacroScores, MeanEstimate, Outcome, Scores, Terms, mean_sd, quantile,
+    LevelScores, Levels, MacroScores, MeanEstimate, Outcome, Scores, Terms, average_precision, mean_sd,
+    quantile, roc_area,
 };
 
 /// The unit of a metric.
@@ -60,7 +61,13 @@ pub struct Metric {
 }
 
 /// Metrics of classes and levels; of several attributes each is the mean over them.
-const OF_LABELS: &[Metric] = &[
+const OF_LABELS: &[Metric] = OF_TWO_CLASSES.split_at(OF_TWO_CLASSES.len() - RANKINGS).0;
+
+/// Metrics that two classes have besides.
+const RANKINGS: usize = 2;
+
+/// Metrics of two classes: the last ones judge how the probability of the second ranks samples, such as those with slip.
+const OF_TWO_CLASSES: &[Metric] = &[
     Metric {
         of: |task, outcome| macro_mean(task, outcome, |scores| scores.accuracy),
         terms: Some(share_right),
@@ -96,6 +103,16 @@ const OF_LABELS: &[Metric] = &[
         is_shown: false,
         of: |task, outcome| Ok(calibration(task, outcome)?.1),
         ..Metric::of_labels("brier", "Brier score")
+    },
+    Metric {
+        is_shown: false,
+        of: |_, outcome| Ok(ranking(outcome, roc_area)),
+        ..Metric::of_labels("auroc", "AUROC")
+    },
+    Metric {
+        is_shown: false,
+        of: |_, outcome| Ok(ranking(outcome, average_precision)),
+        ..Metric::of_labels("average_precision", "average precision")
     },
 ];
 
@@ -153,19 +170,21 @@ const RELATIVE_MAE: Metric = Metric {
 /// Returns the metrics of a task; the first is its primary one, which choices go by.
 pub fn metrics(task: &Task) -> &'static [Metric] {
     match task {
+        Task::Classes(classes) if classes.len() == 2 => OF_TWO_CLASSES,
         Task::Classes(_) | Task::Levels(_) => OF_LABELS,
         Task::Values(quantities) if in_several_units(quantities) => OF_MIXED_VALUES,
         Task::Values(_) => OF_VALUES,
     }
 }
 
-/// Returns the value of each metric of the task, in its unit.
+/// Returns the value of each metric of the task, in its unit; those that these samples do not define are left out.
 ///
 /// # Errors
 /// As [`Metric::of`].
 pub fn scores(task: &Task, outcome: &Outcome) -> Result<Scores> {
     let value = |metric: &Metric| Ok((metric.name, metric.of(task, outcome)?));
-    Ok(Scores::new(metrics(task).iter().map(value).collect::<Result<Vec<_>>>()?))
+    let each = metrics(task).iter().map(value).collect::<Result<Vec<_>>>()?;
+    Ok(Scores::new(each.into_iter().filter(|(_, value)| !value.is_nan())))
 }
 
 /// Checks whether quantities are several that are not all known to be in one unit: their errors cannot be averaged.
@@ -176,7 +195,7 @@ fn in_several_units(quantities: &[Quantity]) -> bool {
 
 /// Lists the names of the metrics of all tasks; one that several have comes once for each.
 pub(crate) fn metric_names() -> impl Iterator<Item = &'static str> {
-    OF_LABELS.iter().chain(OF_VALUES).map(|metric| metric.name)
+    OF_TWO_CLASSES.iter().chain(OF_VALUES).map(|metric| metric.name)
 }
 
 impl Metric {
@@ -204,7 +223,7 @@ impl Metric {
         metrics(task).iter().find(|metric| metric.name == name)
     }
 
-    /// Returns its value for `outcome`, in its unit.
+    /// Returns its value for `outcome`, in its unit; NaN where the samples do not define it, as a ranking of one class.
     ///
     /// # Errors
     /// An outcome of another task, or of no samples.
@@ -300,6 +319,13 @@ fn balanced_accuracy(task: &Task, outcome: &Outcome) -> Result<f64> {
         if recalls.is_empty() { 0.0 } else { mean_sd(&recalls).0 }
     };
     Ok(100.0 * mean_sd(&each.iter().enumerate().map(of_one).collect::<Vec<_>>()).0)
+}
+
+/// Returns in % how well the probability of the second of two classes ranks samples; NaN where `area` is not defined.
+fn ranking(outcome: &Outcome, area: fn(&[f32], &[bool]) -> Option<f64>) -> f64 {
+    let second: Vec<f32> = outcome.outputs().chunks_exact(2).map(|row| row[1]).collect();
+    let is_second: Vec<bool> = outcome.labels().0.iter().map(|label| *label == 1).collect();
+    100.0 * area(&second, &is_second).unwrap_or(f64::NAN)
 }
 
 /// Returns the calibration error and the Brier score.
