@@ -197,6 +197,8 @@ fn kind(protocol: &Protocol) -> &'static str {
         Protocol::FewSamples { .. } => "few-samples",
         Protocol::LeaveGroupOut { .. } => "leave-group-out",
         Protocol::Official { .. } => "official",
+        // Simulates its samples: no file is read.
+        Protocol::Fresh { .. } => "fresh",
     }
 }
 

@@ -14,7 +14,7 @@
 //! assert_ne!(first, c.random::<u64>());
 //! ```
 
-use rand::SeedableRng;
+use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 /// The generator of the whole project: ChaCha with 8 rounds, the same on every machine.
@@ -30,10 +30,14 @@ pub fn rng(seed: u64, purpose: &str) -> Rng {
     Rng::from_seed(*hasher.finalize().as_bytes())
 }
 
+/// Returns the seed for one `purpose` under one `seed`: that of a part that has its own purposes.
+pub fn derived(seed: u64, purpose: &str) -> u64 {
+    rng(seed, purpose).random()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rand::RngExt;
 
     #[test]
     fn stream_is_pinned() {

@@ -90,6 +90,23 @@ impl Scene {
         Sensor { rest: self.rest.clone(), ..Sensor::new(self.layout, self.full_scale) }
     }
 
+    /// Joins scenes, one after the other: each becomes a group, whatever groups it has. Pictures and true values are left out. None
+    /// without a scene, and for samples of several shapes.
+    pub fn joined(scenes: Vec<Scene>) -> Option<Self> {
+        let numbered = scenes.iter().zip(0u32..);
+        let group = numbered.flat_map(|(scene, number)| std::iter::repeat_n(number, scene.y.len())).collect();
+        let y = scenes.iter().flat_map(|scene| &scene.y).copied().collect();
+        let views: Vec<_> = scenes.iter().map(|scene| scene.x.view()).collect();
+        let x = ndarray::concatenate(Axis(0), &views).ok()?;
+        let columns: Vec<_> =
+            scenes.iter().filter_map(|scene| Some(scene.attributes.as_ref()?.y.view())).collect();
+        let columns = ndarray::concatenate(Axis(0), &columns).ok();
+        let first = scenes.into_iter().next()?;
+        let named = first.attributes.zip(columns);
+        let attributes = named.map(|(attributes, y)| Attributes { y, ..attributes });
+        Some(Scene { x, y, group, attributes, streams: vec![], truth: vec![], ..first })
+    }
+
     /// Breaks every sample by one fault; see [`Fault::apply`].
     ///
     /// # Errors

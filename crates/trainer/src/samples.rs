@@ -21,12 +21,29 @@ impl Experiment {
                 let SceneOrigin { scene: name, samples, without, .. } = scene;
                 let set = self.scene_settings(scene)?;
                 let settings = taxel_scenes::Settings::read(name, Value::Table(set))?;
-                let scene = settings.simulate(*samples, self.config().seed, without)?;
-                let mut dataset = simulated(name, without, scene);
+                let seed = self.config().seed;
+                let mut dataset = match self.config().protocol.worlds() {
+                    None => simulated(name, without, settings.simulate(*samples, seed, without)?),
+                    Some((worlds, parts)) => {
+                        let world = |number: usize| {
+                            let seed = taxel_base::seed::derived(seed, &format!("world/{number}"));
+                            settings.simulate(parts[0] + parts[1], seed, without)
+                        };
+                        let worlds = (0..worlds).map(world).collect::<taxel_scenes::Result<Vec<_>>>()?;
+                        fresh_worlds(name, without, worlds, parts).ok_or_else(|| {
+                            let reason = "worlds of this scene have samples of several shapes";
+                            self.refuse(Problem::new("protocol.kind", "\"fresh\"", reason))
+                        })?
+                    }
+                };
                 dataset.learn_attributes(attributes).map_err(|e| self.of_attributes(attributes, e))?;
                 dataset
             }
             Origin::Recordings(recordings) => {
+                if self.config().protocol.worlds().is_some() {
+                    let reason = "simulates a new world for each repetition, and data.path names recordings; use \"k-fold\"";
+                    return Err(self.refuse(Problem::new("protocol.kind", "\"fresh\"", reason)));
+                }
                 let path = self.recordings_path(recordings)?;
                 let options = recordings.options(*layout, *rate, attributes);
                 taxel_data::load(&path, &options).map_err(|e| self.of_attributes(attributes, e))?
@@ -119,6 +136,20 @@ pub fn simulated(name: &str, without: &[String], scene: taxel_scenes::Scene) -> 
         dtype: "f32".into(),
         digest,
     }
+}
+
+/// Joins worlds to one data set: each is a group, whose last recordings are marked for testing.
+fn fresh_worlds(
+    name: &str,
+    without: &[String],
+    worlds: Vec<taxel_scenes::Scene>,
+    [train, test]: [usize; 2],
+) -> Option<Dataset> {
+    let rows = worlds.len() * (train + test);
+    let mut dataset = simulated(name, without, taxel_scenes::Scene::joined(worlds)?);
+    dataset.official = Some((0..rows).map(|row| row % (train + test) >= train).collect());
+    dataset.group_name = Some("world".into());
+    Some(dataset)
 }
 
 /// Returns the BLAKE3 hash of shape, values, labels and groups.

@@ -73,6 +73,43 @@ fn long_recordings(dir: &Path) -> std::path::PathBuf {
 }
 
 #[test]
+fn fresh_worlds_share_no_sample() {
+    let text = TINY
+        .replace("samples = 30", "")
+        .replace("folds = 2", "kind = \"fresh\"\ntrain = 12\ntest = 6\nrepetitions = 3");
+    let experiment = |set: &[&str]| {
+        let set = set.iter().map(ToString::to_string).collect();
+        let overrides = Overrides { set, ..Overrides::default() };
+        Experiment::parse(&text, "fresh.toml", &overrides, &Registry::built_in()).unwrap()
+    };
+    let fresh = experiment(&[]);
+    let dataset = fresh.dataset().unwrap();
+    assert_eq!(dataset.x.shape(), [54, 5, 50]);
+    assert_eq!(dataset.group_name.as_deref(), Some("world"));
+    let protocol = &fresh.config().protocol;
+    for repetition in 0..3 {
+        let folds = protocol.folds(&dataset, 3, repetition).unwrap();
+        let first = 18 * repetition;
+        assert_eq!((folds.len(), &folds[0].train), (1, &(first..first + 12).collect()));
+        assert_eq!(folds[0].test, (first + 12..first + 18).collect::<Vec<_>>());
+    }
+    // Another world is no continuation of the first, and the same command makes the same ones.
+    let world =
+        |number: usize| dataset.x.slice_axis(ndarray::Axis(0), (18 * number..18 * number + 18).into());
+    assert!(world(0) != world(1) && world(1) != world(2));
+    assert_eq!(fresh.dataset().unwrap().digest, dataset.digest);
+    let dir = tempfile::tempdir().unwrap();
+    let folder = go(&fresh, &dir.path().join("run"), &options(false, 1)).unwrap();
+    assert_eq!(folder.results().unwrap().networks[0].folds.len(), 3);
+    let path = long_recordings(dir.path());
+    let of_path = text.replace("scene = \"fingertip\"", &format!("path = {path:?}"));
+    let of_path =
+        Experiment::parse(&of_path, "t.toml", &Overrides::default(), &Registry::built_in()).unwrap();
+    let error = of_path.dataset().unwrap_err().to_string();
+    assert!(error.contains("simulates a new world for each repetition"), "{error}");
+}
+
+#[test]
 fn a_network_that_takes_no_such_samples_is_left_out_by_name() {
     let dir = tempfile::tempdir().unwrap();
     let path = long_recordings(dir.path());

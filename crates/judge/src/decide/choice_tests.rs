@@ -9,7 +9,7 @@ use crate::values::{
 };
 use serde_json::json;
 use taxel_faults::Fault;
-use taxel_learn::Leak;
+use taxel_learn::{Leak, Protocol};
 
 fn run(comparison: &Comparison, judgement: &Judgement, criteria: &Criteria) -> Choice {
     let names: Vec<&str> = comparison.networks.iter().map(|(name, _)| name.as_str()).collect();
@@ -52,6 +52,21 @@ fn the_cheapest_that_is_not_worse_is_chosen() {
     assert_eq!((best.difference, best.interval, best.p), (0.0, None, None));
     assert!(says(&choice, "gives up 0.4 points") && says(&choice, "10 times faster"), "{:#?}", choice.words);
     assert!(says(&choice, "Not tested under faults: run taxel stress"));
+}
+
+#[test]
+fn fresh_worlds_are_compared_by_a_plain_paired_t() {
+    let players = || vec![player("large", 10.0, LARGE), player("small", 1.0, SMALL)];
+    let fresh = Protocol::Fresh { train: 400, test: 100, repetitions: 5 };
+    let choice = chosen(&Setting { protocol: fresh, ..Setting::default() }, players(), &Criteria::default());
+    assert_eq!(choice.test, Test::FreshWorlds);
+    // scipy.stats.ttest_rel([95, 94, 95, 96, 95], [94, 94, 95, 95, 95]).confidence_interval(0.95), the other way round
+    let [low, high] = choice.evidence[1].interval.unwrap();
+    assert!((low + 1.0800875).abs() < 1e-6 && (high - 0.2800875).abs() < 1e-6, "{low} {high}");
+    // Folds of one data set say less.
+    let folds = chosen(&Setting::default(), players(), &Criteria::default());
+    let [wider, _] = folds.evidence[1].interval.unwrap();
+    assert!(wider < low - 0.2, "{wider}");
 }
 
 #[test]

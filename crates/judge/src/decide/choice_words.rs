@@ -120,6 +120,7 @@ fn suffices(choice: &Choice, chosen: &Evidence, best: &Evidence) -> String {
 fn test(test: Test) -> &'static str {
     match test {
         Test::NadeauBengio => "corrected resampled t-test with Holm's correction",
+        Test::FreshWorlds => "paired t-test over worlds with Holm's correction",
         Test::McNemar => "McNemar's exact test with Holm's correction",
         Test::GroupedPairs => "test of grouped pairs with Holm's correction",
         Test::Wilcoxon => "Wilcoxon's signed-rank test with Holm's correction",

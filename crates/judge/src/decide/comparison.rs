@@ -143,6 +143,9 @@ impl Comparison {
     /// Returns the test for these networks: with more than two test parts the corrected resampled t-test, else one over
     /// all samples.
     pub fn test(&self) -> Test {
+        if self.protocol.worlds().is_some() {
+            return Test::FreshWorlds;
+        }
         let most = self.networks.iter().map(|(_, records)| records.len()).max().unwrap_or(0);
         match self.task {
             _ if most > FEW_PARTS => Test::NadeauBengio,
@@ -155,8 +158,11 @@ impl Comparison {
     /// Returns the ratio of test samples to possible training samples, for Nadeau and Bengio's correction.
     ///
     /// A learning curve trains on few of the samples that are not tested; there the ratio is that of the
-    /// split, since parts overlap no more for leaving some out.
+    /// split, since parts overlap no more for leaving some out. Fresh worlds share nothing, so nothing is corrected.
     fn ratio(&self, parts: &[Vec<ScoredFold>]) -> f64 {
+        if self.protocol.worlds().is_some() {
+            return 0.0;
+        }
         let of = |record: &FoldRecord| {
             let tested = record.index.len();
             let trained = match self.protocol {
@@ -244,10 +250,12 @@ impl Comparison {
             interval: effect.interval.map(|bounds| primary.clamped_difference(bounds)),
             ..effect
         };
-        if parts.len() > FEW_PARTS {
+        if parts.len() > FEW_PARTS || parts.len() > 1 && self.protocol.worlds().is_some() {
             let effect = self.effect(&[a, b], &statistic, 0.95)?;
             if let Some(effect) = effect.filter(|e| e.interval.is_some_and(|[low, high]| low < high)) {
-                return Ok(Some((clamped(effect), Test::NadeauBengio)));
+                let is_fresh = self.protocol.worlds().is_some();
+                let test = if is_fresh { Test::FreshWorlds } else { Test::NadeauBengio };
+                return Ok(Some((clamped(effect), test)));
             }
         }
         if parts.is_empty() {

@@ -85,6 +85,8 @@ pub struct Evidence {
 pub enum Test {
     /// Corrected resampled t-test over folds and repetitions (Nadeau & Bengio 2003).
     NadeauBengio,
+    /// Paired t-test over simulated worlds that share nothing.
+    FreshWorlds,
     /// Exact test on all test samples, each counted once (McNemar 1947).
     McNemar,
     /// The same question of grouped samples: t-test on the variance of the groups (Durkalski et al. 2003).

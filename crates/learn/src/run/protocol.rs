@@ -77,6 +77,17 @@ pub enum Protocol {
         #[serde(default = "one")]
         repetitions: usize,
     },
+    /// A new simulated world in each repetition, with its own training and test recordings: repetitions are independent, and share
+    /// neither samples nor starting weights.
+    Fresh {
+        /// Training recordings of a world, from 1.
+        train: usize,
+        /// Test recordings of a world, from 1.
+        test: usize,
+        /// Worlds, 1 to 1000. Default 5.
+        #[serde(default = "five")]
+        repetitions: usize,
+    },
     /// The cut that the data set's authors made.
     Official {
         /// Samples that a held-back validation part keeps together.
@@ -128,7 +139,16 @@ impl Protocol {
             | Protocol::RandomSplits { repetitions, .. }
             | Protocol::FewSamples { repetitions, .. }
             | Protocol::LeaveGroupOut { repetitions, .. }
+            | Protocol::Fresh { repetitions, .. }
             | Protocol::Official { repetitions, .. } => *repetitions,
+        }
+    }
+
+    /// Returns the number of worlds and of the training and test recordings of each; none for other protocols.
+    pub fn worlds(&self) -> Option<(usize, [usize; 2])> {
+        match self {
+            Protocol::Fresh { train, test, repetitions } => Some((*repetitions, [*train, *test])),
+            _ => None,
         }
     }
 
@@ -152,6 +172,7 @@ impl Protocol {
             | Protocol::FewSamples { split, .. }
             | Protocol::LeaveGroupOut { split, .. }
             | Protocol::Official { split, .. } => *split,
+            Protocol::Fresh { .. } => Split::Stratified,
         }
     }
 
@@ -194,6 +215,10 @@ impl Protocol {
                 let reason = "must be ascending numbers from 1, such as [1, 2, 5, 10, 20]";
                 require(ascending && positive, "per_class", format!("{per_class:?}"), reason)
             }
+            Protocol::Fresh { train, test, .. } => {
+                within("train", *train, 1, 10_000_000)?;
+                within("test", *test, 1, 10_000_000)
+            }
             Protocol::LeaveGroupOut { repetitions, .. } | Protocol::Official { repetitions, .. } => {
                 let reason = "this kind of protocol has one cut only: repeat it with another seed";
                 require(*repetitions == 1, "repetitions", repetitions, reason)
@@ -222,6 +247,9 @@ impl Protocol {
             }
             Protocol::LeaveGroupOut { .. } => "leave one group out".into(),
             Protocol::Official { .. } => "the data set's own split".into(),
+            Protocol::Fresh { train, test, repetitions } => {
+                return format!("{repetitions} fresh worlds of {train} training and {test} test recordings");
+            }
         };
         if self.repetitions() > 1 {
             words.push_str(&format!(", {} repetitions", self.repetitions()));
@@ -298,6 +326,7 @@ impl Protocol {
                 per_class.iter().map(few).collect()
             }
             Protocol::Official { .. } => official(dataset).map(|fold| vec![fold]),
+            Protocol::Fresh { .. } => world(dataset, repetition).map(|fold| vec![fold]),
         }
     }
 }
@@ -340,6 +369,14 @@ fn official(dataset: &Dataset) -> Result<Fold> {
     })?;
     let (test, train) = (0..dataset.len()).partition(|&row| test[row]);
     Ok(Fold { train, test, validation: vec![] })
+}
+
+/// Returns the cut of one world: its samples are a group, of which some are marked for testing.
+fn world(dataset: &Dataset, number: u32) -> Result<Fold> {
+    let whole = official(dataset)?;
+    let groups = dataset.groups.as_deref().unwrap_or_default();
+    let own = |rows: Vec<usize>| rows.into_iter().filter(|row| groups.get(*row) == Some(&number)).collect();
+    Ok(Fold { train: own(whole.train), test: own(whole.test), validation: vec![] })
 }
 
 /// Checks whether the strata are combinations of levels: rare ones need not be in every part.

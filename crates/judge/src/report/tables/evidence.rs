@@ -69,6 +69,7 @@ pub(super) fn choice(choice: &Choice) -> Table {
 fn words(test: Test) -> &'static str {
     match test {
         Test::NadeauBengio => "corrected resampled t-test over folds (Nadeau and Bengio 2003)",
+        Test::FreshWorlds => "paired t-test over simulated worlds",
         Test::McNemar => "exact McNemar test on all test samples, each counted once",
         Test::GroupedPairs => {
             "t-test on the paired differences of grouped test samples (Durkalski et al. 2003)"
