@@ -31,6 +31,8 @@ def samples(data, config):
     names = config.get("y", "y")
     y = np.stack([arrays[name] for name in (names if isinstance(names, list) else names.split(","))], -1) if names != "y" else arrays["y"]
     x, y = arrays["x"].astype(np.float32), np.asarray(y, np.float32).reshape(len(y), -1)
+    if "tare" in config:
+        x = x - arrays[config["tare"]["array"]].astype(np.float32)[..., None]
     recording, length = config.get("recording"), config.get("length")
     if recording:
         parts, to = arrays[recording], length["to"]
@@ -89,9 +91,10 @@ class Mlp:
         middle, scale = y.mean(0), y.std(0, ddof=1)
         targets = torch.tensor((y - middle) / scale)
         layers, width = [], inputs[0].shape[1]
+        hidden = next(network for network in config["networks"] if network["name"] == "deep-mlp").get("set", {}).get("hidden", 128)
         for _ in range(3):
-            layers += [torch.nn.Linear(width, 128), torch.nn.BatchNorm1d(128), torch.nn.ReLU()]
-            width = 128
+            layers += [torch.nn.Linear(width, hidden), torch.nn.BatchNorm1d(hidden), torch.nn.ReLU()]
+            width = hidden
         net = torch.nn.Sequential(*layers, torch.nn.Linear(width, y.shape[1]))
         recipe = config["train"]
         matrices = [p for p in net.parameters() if p.ndim > 1]
@@ -110,6 +113,13 @@ class Mlp:
                 torch.nn.functional.huber_loss(net(inputs[0][rows]), targets[rows]).backward()
                 optimizer.step()
             schedule.step()
+        if recipe["batch_norm"] == "population":
+            for norm in (layer for layer in net if isinstance(layer, torch.nn.BatchNorm1d)):
+                norm.reset_running_stats()
+                norm.momentum = None
+            with torch.no_grad():
+                for rows in torch.randperm(len(targets)).split(recipe["batch_size"]):
+                    net(inputs[0][rows]) if len(rows) > 1 else None
         net.eval()
         with torch.no_grad():
             return net(inputs[1]).numpy() * scale + middle
@@ -141,7 +151,8 @@ def rows_of(run):
         assert np.array_equal(said[f"{name}.index"], index), f"{run}: {name} is incomplete"
         found.append((f"taxel {name}", said[f"{name}.predicted"].reshape(len(index), -1), train_seconds.get(name)))
     authors = len(set(fold.tolist())) == 1
-    for method in (Ridge(), Trees(), Mlp()):
+    has_mlp = any(network["name"] == "deep-mlp" for network in config["networks"])
+    for method in (Ridge(), Trees(), Mlp()) if has_mlp else (Ridge(), Trees()):
         predicted, seconds = np.zeros_like(true), 0.0
         for part in sorted(set(fold.tolist())):
             test = index[fold == part]
