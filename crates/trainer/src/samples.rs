@@ -17,28 +17,7 @@ impl Experiment {
     pub fn dataset(&self) -> Result<Dataset> {
         let Data { full_scale, layout, rate, each_frame, attributes, classes, .. } = &self.config().data;
         let mut dataset = match &self.config().data.origin {
-            Origin::Scene(scene) => {
-                let SceneOrigin { scene: name, samples, without, .. } = scene;
-                let set = self.scene_settings(scene)?;
-                let settings = taxel_scenes::Settings::read(name, Value::Table(set))?;
-                let seed = self.config().seed;
-                let mut dataset = match self.config().protocol.worlds() {
-                    None => simulated(name, without, settings.simulate(*samples, seed, without)?),
-                    Some((worlds, parts)) => {
-                        let world = |number: usize| {
-                            let seed = taxel_base::seed::derived(seed, &format!("world/{number}"));
-                            settings.simulate(parts[0] + parts[1], seed, without)
-                        };
-                        let worlds = (0..worlds).map(world).collect::<taxel_scenes::Result<Vec<_>>>()?;
-                        fresh_worlds(name, without, worlds, parts).ok_or_else(|| {
-                            let reason = "worlds of this scene have samples of several shapes";
-                            self.refuse(Problem::new("protocol.kind", "\"fresh\"", reason))
-                        })?
-                    }
-                };
-                dataset.learn_attributes(attributes).map_err(|e| self.of_attributes(attributes, e))?;
-                dataset
-            }
+            Origin::Scene(scene) => self.simulated_samples(scene, attributes)?,
             Origin::Recordings(recordings) => {
                 if self.config().protocol.worlds().is_some() {
                     let reason = "simulates a new world for each repetition, and data.path names recordings; use \"k-fold\"";
@@ -87,6 +66,29 @@ impl Experiment {
             })?;
         }
         self.config().encoding.seek_copies(&mut dataset).map_err(|error| self.located(error))?;
+        Ok(dataset)
+    }
+
+    /// Simulates what a scene's table asks for: one world, or those of the protocol.
+    fn simulated_samples(&self, origin: &SceneOrigin, attributes: &[String]) -> Result<Dataset> {
+        let SceneOrigin { scene: name, samples, without, .. } = origin;
+        let settings = taxel_scenes::Settings::read(name, Value::Table(self.scene_settings(origin)?))?;
+        let seed = self.config().seed;
+        let mut dataset = match self.config().protocol.worlds() {
+            None => simulated(name, without, settings.simulate(*samples, seed, without)?),
+            Some((worlds, parts)) => {
+                let world = |number: usize| {
+                    let seed = taxel_base::seed::derived(seed, &format!("world/{number}"));
+                    settings.simulate(parts[0] + parts[1], seed, without)
+                };
+                let worlds = (0..worlds).map(world).collect::<taxel_scenes::Result<Vec<_>>>()?;
+                fresh_worlds(name, without, worlds, parts).ok_or_else(|| {
+                    let reason = "worlds of this scene have samples of several shapes";
+                    self.refuse(Problem::new("protocol.kind", "\"fresh\"", reason))
+                })?
+            }
+        };
+        dataset.learn_attributes(attributes).map_err(|e| self.of_attributes(attributes, e))?;
         Ok(dataset)
     }
 

@@ -104,12 +104,7 @@ impl Reader for ArrayFile {
             read_as,
             ..Raw::default()
         };
-        let mut raw = match Readings::of(archive, &raw, options, place)? {
-            Some(readings) => readings.joined(raw)?,
-            None => raw,
-        };
-        raw.origins = given_origins(&raw)?;
-        Ok(raw)
+        joined(raw, archive, options, place)
     }
 
     fn file_format(&self) -> Option<&dyn FileFormat> {
@@ -174,6 +169,16 @@ impl ArrayFile {
             Err(_) => true,
         }
     }
+}
+
+/// Joins rows to recordings where they are readings, and names where each comes from.
+fn joined(raw: Raw, archive: &mut Archive, options: &ReadOptions, place: &Place) -> Result<Raw> {
+    let mut raw = match Readings::of(archive, &raw, options, place)? {
+        Some(readings) => readings.joined(raw)?,
+        None => raw,
+    };
+    raw.origins = given_origins(&raw)?;
+    Ok(raw)
 }
 
 /// Lists the arrays without a role.

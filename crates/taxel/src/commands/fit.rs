@@ -41,7 +41,7 @@ pub struct Fit {
     /// A model whose network goes on learning, from few recordings of another sensor of its kind. Scaling and batch norm stay.
     #[arg(long, value_name = "MODEL", conflicts_with_all = ["network", "data", "quick", "set", "guard", "no_calibration", "save_every"])]
     from: Option<PathBuf>,
-    /// Epochs of every training with --from [default: 300].
+    /// Epochs of every training, here that with --from [default: 300].
     #[arg(long, value_name = "N", requires = "from")]
     epochs: Option<usize>,
     /// The network or baseline, by its name in the tables [default: the one that is chosen].
