@@ -48,12 +48,12 @@ def main():
             return np.abs(said - np.load(file)["y"]).mean(0)
 
         for sensor in np.unique(group):
-            own = np.flatnonzero(group == sensor)
+            of_sensor = np.flatnonzero(group == sensor)
             model, tuned = folder / "old.safetensors", folder / "new.safetensors"
             others = save("others.npz", np.flatnonzero(group != sensor))
             taxel("fit", CONFIG, "--network", "deep-mlp", "--data", others, "--output", model)
             for draw in range(DRAWS):
-                order = np.random.default_rng(draw).permutation(own)
+                order = np.random.default_rng(draw).permutation(of_sensor)
                 test = save("test.npz", order[max(TOUCHES) :])
                 errors[0].append(error(model, test))
                 for touches in TOUCHES:

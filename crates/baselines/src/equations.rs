@@ -99,8 +99,8 @@ impl Penalised<'_> {
         let columns = Mat::from_fn(half.nrows(), rows.len(), |i, j| half[(i, rows[j])]);
         let products = product(columns.transpose(), columns.as_ref());
         let block = Mat::from_fn(rows.len(), rows.len(), |i, j| self.pivot(products[(i, j)], i == j));
-        let own = Mat::from_fn(rows.len(), solved.left.ncols(), |i, c| solved.left[(rows[i], c)]);
-        block.partial_piv_lu().solve(own)
+        let left = Mat::from_fn(rows.len(), solved.left.ncols(), |i, c| solved.left[(rows[i], c)]);
+        block.partial_piv_lu().solve(left)
     }
 
     /// Returns the weights of the features, `[width, outputs]`.

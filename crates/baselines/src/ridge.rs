@@ -319,10 +319,10 @@ mod tests {
             let of_values = Ridge::fit_values(&x, &forces, 2, &[0.1]).unwrap();
             let (rows, ..) = standardised(&x, n);
             for units in [(0..n as u32).collect::<Vec<_>>(), (0..n as u32).map(|i| i / 5).collect()] {
-                let own = ridge.left_out(&x, &y, &units).unwrap();
-                are_those_without(&own, &rows, &one_against_the_rest(&y, classes), &units, 1e-5);
-                let own = of_values.left_out_values(&x, &forces, &units).unwrap();
-                are_those_without(&own, &rows, &rows_of(&forces, 2), &units, 1e-5);
+                let left_out = ridge.left_out(&x, &y, &units).unwrap();
+                are_those_without(&left_out, &rows, &one_against_the_rest(&y, classes), &units, 1e-5);
+                let left_out = of_values.left_out_values(&x, &forces, &units).unwrap();
+                are_those_without(&left_out, &rows, &rows_of(&forces, 2), &units, 1e-5);
             }
             assert!(ridge.left_out(&x, &y, &[0; 3]).is_err());
             assert!(of_values.left_out_values(&x, &forces, &[0; 3]).is_err());

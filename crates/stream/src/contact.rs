@@ -13,7 +13,7 @@ use taxel_encodings::NumaTac;
 /// Time steps whose mean is the level at rest where it is not known.
 const REST: u32 = 20;
 /// Time steps in which the level at rest follows a drift.
-const FOLLOWED: f64 = 1000.0;
+pub(crate) const FOLLOWED: f64 = 1000.0;
 /// The least level that thresholds are taken of, as a share of full scale: a tenth of a rest of 0 is nothing.
 const FLOOR: f32 = 0.05;
 

@@ -182,13 +182,14 @@ impl Decider {
         self.rest.is_some()
     }
 
-    /// Writes a time step as the training had it: less the level at rest. False while that is not known.
-    pub fn tared(&self, reading: &[f32], tared: &mut Vec<f32>) -> bool {
-        tared.clear();
-        tared.extend_from_slice(reading);
+    /// Returns a time step as the training had it: less the level at rest, written into `room`. None while that is not known.
+    pub fn tared<'r>(&self, reading: &'r [f32], room: &'r mut Vec<f32>) -> Option<&'r [f32]> {
+        let Some(rest) = &self.rest else { return Some(reading) };
+        room.clear();
+        room.extend_from_slice(reading);
         let (before, _, after) = self.card().spec.around_time();
-        self.rest.iter().for_each(|rest| rest.take_off(tared, (before, 1, after)));
-        self.rest.as_ref().is_none_or(RestLevel::is_known)
+        rest.take_off(room, (before, 1, after));
+        rest.is_known().then_some(room.as_slice())
     }
 
     /// Gives up the window under way and begins another one: time steps are missing.
@@ -250,8 +251,8 @@ impl Decider {
     /// Predicts the window as it is; returns whether the model is confident enough to decide early.
     fn predict_window(&mut self) -> std::result::Result<bool, taxel_learn::Error> {
         self.window.sample(self.padding, &mut self.sample);
-        let around = self.card().spec.around_time();
         if let Some(rest) = &self.rest {
+            let around = self.predictor.card().spec.around_time();
             rest.take_off(&mut self.sample, around);
             // Padding is at rest, or the last time step: the level is not taken off twice.
             self.padding.fill(&mut self.sample, (around.0, around.2), self.window.known());

@@ -2,10 +2,10 @@
 
 use taxel_data::{SampleSpec, Tare};
 
+use crate::contact::FOLLOWED;
+
 /// Readings whose mean is the level at rest, where the training had an array of resting values.
 const STEPS: usize = 10;
-/// Readings in which the level follows a drift, while nothing is touched.
-const FOLLOWED: f64 = 1000.0;
 
 /// Finds the level at rest of each value of a time step.
 #[derive(Debug, Clone)]

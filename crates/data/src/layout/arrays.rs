@@ -66,7 +66,7 @@ impl Reader for ArrayFile {
             .map_err(|unclear| refuse(archive, unclear))?;
         let ReadSamples { x, dtype, origins, official } =
             read_samples(archive, &roles.x, facts.layout, options)?;
-        let (x, tared) = tare_by_array(x, [options.layout, facts.layout], &dtype, archive, options)?;
+        let (x, tared) = tare_by_array(x, facts.layout, &dtype, archive, options)?;
         let samples = x.len();
         let stored = roles.y.as_ref().map(|arrays| {
             let names = names.as_ref();

@@ -24,26 +24,28 @@ pub(crate) fn tare(raw: &mut Raw, options: &ReadOptions) -> Result<()> {
     };
     let layout =
         likeliest_layout([options.layout, raw.facts.layout, raw.format], &raw.dtype, raw.x.sample_shape());
-    let why = "is the mean of the first readings of a recording, and these samples have no time; name an array of resting \
-               values with array:NAME, or the recording of each row with recording = \"...\"";
-    refuse_set(&raw.file, &[("tare", layout.time_axis().is_none())], why)?;
-    let Some(axis) = layout.time_axis() else { return Ok(()) };
-    if let Some(short) = raw.x.lengths(axis).iter().position(|length| *length < steps) {
-        let (sample, length) = (raw.sample_name(short), raw.x.lengths(axis)[short]);
-        let why =
-            format!("has {}, and tare is the mean of the first {steps}; lower it", plural(length, "reading"));
-        return Err(Error::file(sample, why));
+    let Some(axis) = layout.time_axis() else {
+        let why = "is the mean of the first readings of a recording, and these samples have no time; name an array of resting \
+                   values with array:NAME, or the recording of each row with recording = \"...\"";
+        return Err(Error::Option { file: raw.file.clone(), option: "tare", why });
+    };
+    let lengths = raw.x.lengths(axis);
+    if let Some(short) = lengths.iter().position(|length| *length < steps) {
+        let held = plural(lengths[short], "reading");
+        let why = format!("has {held}, and tare is the mean of the first {steps}; lower it");
+        return Err(Error::file(raw.sample_name(short), why));
     }
-    raw.x = std::mem::take(&mut raw.x).tared(axis, steps);
+    let levels = raw.x.first_means(axis, steps);
+    raw.x = std::mem::take(&mut raw.x).less(&levels, Some(axis));
     raw.tared = options.tare.clone();
     Ok(())
 }
 
 /// Takes the resting values of an array off samples: `[N, C]` off `[N, C, T]`, `[N, H, W]` off `[N, T, H, W]`, and those of the
-/// samples' shape off each value. Also returns what was taken off.
+/// samples' shape off each value; `layout` is that of the file of names. Also returns what was taken off.
 pub(crate) fn tare_by_array(
     x: Ragged,
-    [option, file]: [Option<Layout>; 2],
+    layout: Option<Layout>,
     dtype: &str,
     archive: &mut Archive,
     options: &ReadOptions,
@@ -52,7 +54,7 @@ pub(crate) fn tare_by_array(
     let rest = archive.with(name, "tare", |header, reader, at| {
         header.read_f32(reader, at, Cap::of_samples(&options.limits))
     })?;
-    let layout = likeliest_layout([option, file, None], dtype, x.sample_shape());
+    let layout = likeliest_layout([options.layout, layout, None], dtype, x.sample_shape());
     let time = layout.time_axis().filter(|_| rest.shape() != x.shape());
     let mut shape = x.shape();
     if let Some(axis) = time {
@@ -63,6 +65,6 @@ pub(crate) fn tare_by_array(
         let wanted = "resting values have the shape of x, or that without time: [N, C] beside [N, C, T]";
         return Err(Error::Shape { at, shape, wanted });
     }
-    let rest: Vec<f32> = rest.iter().copied().collect();
-    Ok((x.less(&rest, time), options.tare.clone()))
+    let levels: Vec<f64> = rest.iter().map(|level| f64::from(*level)).collect();
+    Ok((x.less(&levels, time), options.tare.clone()))
 }

@@ -188,40 +188,34 @@ impl Ragged {
         self.settled()
     }
 
-    /// Takes off each reading along `axis` the mean of the first `steps` of its sample, in f64.
-    pub fn tared(mut self, axis: usize, steps: usize) -> Self {
+    /// Returns the mean of the first `steps` readings along `axis` of each sample, which is at least as long: its values without
+    /// that axis.
+    pub fn first_means(&self, axis: usize, steps: usize) -> Vec<f64> {
         let (outer, inner) = self.around(axis);
-        let lengths = self.lengths(axis);
-        let mut rest = self.values.as_mut_slice();
-        for length in lengths {
-            for _ in 0..outer {
-                let (own, others) = rest.split_at_mut(length * inner);
-                rest = others;
-                let first = steps.min(length).max(1) as f64;
-                for at in 0..inner {
-                    let level: f64 =
-                        own.iter().skip(at).step_by(inner).take(steps).map(|v| f64::from(*v)).sum();
-                    let level = level / first;
-                    own.iter_mut().skip(at).step_by(inner).for_each(|v| *v = (f64::from(*v) - level) as f32);
-                }
+        let mut means = Vec::with_capacity(self.samples * outer * inner);
+        for (sample, length) in self.each().zip(self.lengths(axis)) {
+            for block in sample.chunks_exact(length * inner).take(outer) {
+                let first = |at: usize| block[at..].iter().step_by(inner).take(steps);
+                means.extend(
+                    (0..inner).map(|at| first(at).map(|v| f64::from(*v)).sum::<f64>() / steps as f64),
+                );
             }
         }
-        self
+        means
     }
 
     /// Takes off each sample its values of `levels`, which have no axis `time`; of samples without one all values.
-    pub fn less(mut self, levels: &[f32], time: Option<usize>) -> Self {
+    pub fn less(mut self, levels: &[f64], time: Option<usize>) -> Self {
         let (outer, inner) = time.map_or((1, self.shape.iter().product()), |axis| self.around(axis));
         let lengths = time.map_or(vec![1; self.samples], |axis| self.lengths(axis));
+        let lengths = lengths.into_iter().flat_map(|length| std::iter::repeat_n(length, outer));
         let mut rest = self.values.as_mut_slice();
-        let mut levels = levels.chunks_exact(inner.max(1));
-        for length in lengths {
-            for level in levels.by_ref().take(outer) {
-                let (own, others) = rest.split_at_mut(length * inner);
-                rest = others;
-                for reading in own.chunks_exact_mut(inner) {
-                    reading.iter_mut().zip(level).for_each(|(value, level)| *value -= level);
-                }
+        for (level, length) in levels.chunks_exact(inner.max(1)).zip(lengths) {
+            let (block, others) = rest.split_at_mut(length * inner);
+            rest = others;
+            for reading in block.chunks_exact_mut(inner) {
+                let pairs = reading.iter_mut().zip(level);
+                pairs.for_each(|(value, level)| *value = (f64::from(*value) - level) as f32);
             }
         }
         self

@@ -143,16 +143,27 @@ impl Comparison {
     /// Returns the test for these networks: with more than two test parts the corrected resampled t-test, else one over
     /// all samples.
     pub fn test(&self) -> Test {
-        if self.protocol.worlds().is_some() {
-            return Test::FreshWorlds;
-        }
         let most = self.networks.iter().map(|(_, records)| records.len()).max().unwrap_or(0);
         match self.task {
-            _ if most > FEW_PARTS => Test::NadeauBengio,
+            _ if self.is_tested_over(most) => self.test_over_parts(),
             Task::Values(_) => Test::Wilcoxon,
             Task::Classes(_) | Task::Levels(_) if self.is_grouped => Test::GroupedPairs,
             Task::Classes(_) | Task::Levels(_) => Test::McNemar,
         }
+    }
+
+    /// Checks whether so many test parts are tested as wholes; fresh worlds from two on, since they share nothing.
+    fn is_tested_over(&self, parts: usize) -> bool {
+        parts > if self.is_fresh() { 1 } else { FEW_PARTS }
+    }
+
+    /// Returns the test over whole test parts.
+    fn test_over_parts(&self) -> Test {
+        if self.is_fresh() { Test::FreshWorlds } else { Test::NadeauBengio }
+    }
+
+    fn is_fresh(&self) -> bool {
+        self.protocol.worlds().is_some()
     }
 
     /// Returns the ratio of test samples to possible training samples, for Nadeau and Bengio's correction.
@@ -160,7 +171,7 @@ impl Comparison {
     /// A learning curve trains on few of the samples that are not tested; there the ratio is that of the
     /// split, since parts overlap no more for leaving some out. Fresh worlds share nothing, so nothing is corrected.
     fn ratio(&self, parts: &[Vec<ScoredFold>]) -> f64 {
-        if self.protocol.worlds().is_some() {
+        if self.is_fresh() {
             return 0.0;
         }
         let of = |record: &FoldRecord| {
@@ -250,12 +261,10 @@ impl Comparison {
             interval: effect.interval.map(|bounds| primary.clamped_difference(bounds)),
             ..effect
         };
-        if parts.len() > FEW_PARTS || parts.len() > 1 && self.protocol.worlds().is_some() {
+        if self.is_tested_over(parts.len()) {
             let effect = self.effect(&[a, b], &statistic, 0.95)?;
             if let Some(effect) = effect.filter(|e| e.interval.is_some_and(|[low, high]| low < high)) {
-                let is_fresh = self.protocol.worlds().is_some();
-                let test = if is_fresh { Test::FreshWorlds } else { Test::NadeauBengio };
-                return Ok(Some((clamped(effect), test)));
+                return Ok(Some((clamped(effect), self.test_over_parts())));
             }
         }
         if parts.is_empty() {

@@ -375,8 +375,9 @@ fn official(dataset: &Dataset) -> Result<Fold> {
 fn world(dataset: &Dataset, number: u32) -> Result<Fold> {
     let whole = official(dataset)?;
     let groups = dataset.groups.as_deref().unwrap_or_default();
-    let own = |rows: Vec<usize>| rows.into_iter().filter(|row| groups.get(*row) == Some(&number)).collect();
-    Ok(Fold { train: own(whole.train), test: own(whole.test), validation: vec![] })
+    let of_world =
+        |rows: Vec<usize>| rows.into_iter().filter(|row| groups.get(*row) == Some(&number)).collect();
+    Ok(Fold { train: of_world(whole.train), test: of_world(whole.test), validation: vec![] })
 }
 
 /// Checks whether the strata are combinations of levels: rare ones need not be in every part.

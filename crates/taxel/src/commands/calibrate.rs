@@ -8,7 +8,6 @@ use taxel::{Model, ReadOptions};
 
 use crate::CommandResult;
 use crate::commands::arguments::model_recordings::ModelRecordings;
-use crate::commands::arguments::option_hints::with_option_hint;
 use crate::commands::arguments::output_format::OutputFormat;
 use crate::commands::arguments::paths::check_model_output;
 use crate::{out, outln};
@@ -41,15 +40,7 @@ impl Calibrate {
         check_model_output(&self.output)?;
         let model = Model::open(&self.model)?;
         let recordings = ModelRecordings { data: &self.data, read_options: &self.read_options, as_is: None };
-        let (recordings, options) = recordings.of(model.card())?;
-        let dataset = taxel::load(&self.data, &options).map_err(|e| with_option_hint(e, None))?;
-        if dataset.len() != recordings.x.shape()[0] {
-            let (file, labelled, all) = (self.data.display(), dataset.len(), recordings.x.shape()[0]);
-            return Err(format!(
-                "{file}: {labelled} of {all} samples have labels; label all or leave the others out"
-            )
-            .into());
-        }
+        let (recordings, dataset) = recordings.labelled(model.card())?;
         let calibrated = model.calibrated(&recordings.x, &dataset)?;
         calibrated.save(&self.output)?;
         if self.format.is_json() {

@@ -139,20 +139,7 @@ impl Fit {
     /// Trains a model further on labelled recordings.
     fn tune(&self, model: &Model, cancel: &AtomicBool) -> CommandResult {
         let recordings = ModelRecordings { data: &self.path, read_options: &self.read_options, as_is: None };
-        let (recordings, options) = recordings.of(model.card())?;
-        let mut dataset = taxel::load(&self.path, &options).map_err(|e| with_option_hint(e, None))?;
-        let comparison = model.card().spec.compare(&recordings.facts);
-        if comparison.unit.is_some() {
-            comparison.convert(&mut dataset.x);
-            dataset.spec.unit.clone_from(&model.card().spec.unit);
-        }
-        if dataset.len() != recordings.x.shape()[0] {
-            let (file, labelled, all) = (self.path.display(), dataset.len(), recordings.x.shape()[0]);
-            return Err(format!(
-                "{file}: {labelled} of {all} samples have targets; give all of them, or leave the others out"
-            )
-            .into());
-        }
+        let (_, dataset) = recordings.labelled(model.card())?;
         let standard = Tuning::default();
         let tuning = Tuning {
             epochs: self.epochs.unwrap_or(standard.epochs),

@@ -6,7 +6,7 @@ use std::path::Path;
 use taxel::data::{
     FactComparison, RecordingFacts, Recordings, TableForm, TableOptions, TaskKind, recordings,
 };
-use taxel::{Card, Length, ReadOptions};
+use taxel::{Card, Dataset, Length, ReadOptions};
 
 use crate::commands::arguments::option_hints::with_option_hint;
 use crate::terminal::messages::note;
@@ -51,6 +51,25 @@ impl ModelRecordings<'_> {
         let are_values = !card.task.quantities().is_empty();
         let task = options.task.or(are_values.then_some(TaskKind::Values));
         Ok((recordings, ReadOptions { channels: spec.channels.clone(), task, ..options }))
+    }
+
+    /// Reads labelled recordings for the model with this card; also returns them as a data set, in the unit of the training.
+    pub fn labelled(&self, card: &Card) -> Result<(Recordings, Dataset), Box<dyn Error>> {
+        let (recordings, options) = self.of(card)?;
+        let mut dataset = taxel::load(self.data, &options).map_err(|e| with_option_hint(e, None))?;
+        if dataset.len() != recordings.x.shape()[0] {
+            let (file, labelled, all) = (self.data.display(), dataset.len(), recordings.x.shape()[0]);
+            return Err(format!(
+                "{file}: {labelled} of {all} samples have labels; label all or leave the others out"
+            )
+            .into());
+        }
+        let comparison = card.spec.compare(&recordings.facts);
+        if comparison.unit.is_some() {
+            comparison.convert(&mut dataset.x);
+            dataset.spec.unit.clone_from(&card.spec.unit);
+        }
+        Ok((recordings, dataset))
     }
 
     /// Returns the length rule of the model, or the given one where the model has none.

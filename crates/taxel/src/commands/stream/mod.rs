@@ -393,10 +393,8 @@ impl Answering {
     fn say_far_values(&mut self, decider: &Decider, values: &[f32]) {
         let card = decider.card();
         // Ranges are those of tared readings.
-        if !decider.tared(values, &mut self.tared) {
-            return;
-        }
-        for outside in card.trained_on.ranges.outside(&self.tared) {
+        let Some(values) = decider.tared(values, &mut self.tared) else { return };
+        for outside in card.trained_on.ranges.outside(values) {
             if self.far.contains(&outside.channel) {
                 continue;
             }
