@@ -6,7 +6,7 @@ use std::path::Path;
 use taxel::data::{
     FactComparison, RecordingFacts, Recordings, TableForm, TableOptions, TaskKind, recordings,
 };
-use taxel::{Card, Dataset, Length, ReadOptions};
+use taxel::{Card, Length, ReadOptions};
 
 use crate::commands::arguments::option_hints::with_option_hint;
 use crate::terminal::messages::note;
@@ -54,7 +54,8 @@ impl ModelRecordings<'_> {
     }
 
     /// Reads labelled recordings for the model with this card; also returns them as a data set, in the unit of the training.
-    pub fn labelled(&self, card: &Card) -> Result<(Recordings, Dataset), Box<dyn Error>> {
+    #[cfg(feature = "lab")]
+    pub fn labelled(&self, card: &Card) -> Result<(Recordings, taxel::Dataset), Box<dyn Error>> {
         let (recordings, options) = self.of(card)?;
         let mut dataset = taxel::load(self.data, &options).map_err(|e| with_option_hint(e, None))?;
         if dataset.len() != recordings.x.shape()[0] {
