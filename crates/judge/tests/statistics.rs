@@ -7,8 +7,8 @@ use std::cell::Cell;
 use rand::RngExt;
 use serde_json::Value;
 use taxel_judge::statistics::{
-    cluster_bootstrap, corrected_t, friedman, grouped_pairs, holm, independent, mcnemar, nemenyi,
-    spread_ratio, wilcoxon,
+    cluster_bootstrap, corrected_t, false_discovery, friedman, grouped_pairs, holm, independent, mcnemar,
+    nemenyi, random_effects, spread_ratio, wilcoxon,
 };
 use taxel_learn::metrics::{Clusters, bootstrap, mean_sd, quantile, t_quantile};
 
@@ -307,4 +307,31 @@ fn the_bootstrap_of_macro_f1_covers_with_its_correction() {
         assert!((least..=98.5).contains(&inside), "{groups} groups: {inside} %");
         assert!(groups > 5 || before < 90.0, "{groups} groups, percentiles alone: {before} %");
     }
+}
+
+#[test]
+fn effects_of_several_runs_are_pooled_as_statsmodels_does() {
+    for case in cases("random_effects") {
+        let effects: Vec<(f64, f64)> =
+            floats(&case["sizes"]).into_iter().zip(floats(&case["errors"])).collect();
+        let pooled = random_effects(&effects, 0.95).unwrap();
+        close("mean", pooled.mean, &case["mean"]);
+        close_all("interval", &pooled.interval, &case["interval"]);
+        close("p", pooled.p, &case["p"]);
+        close("between", pooled.between, &case["between"]);
+    }
+    for (effects, says) in
+        [(&[(1.0, 1.0)][..], "at least 2"), (&[(1.0, 1.0), (2.0, 0.0)][..], "a standard error of 0")]
+    {
+        let error = random_effects(effects, 0.95).unwrap_err().to_string();
+        assert!(error.contains(says), "{error}");
+    }
+}
+
+#[test]
+fn q_values_are_scipys() {
+    for case in cases("false_discovery") {
+        close_all("q", &false_discovery(&floats(&case["p"])), &case["q"]);
+    }
+    assert!(false_discovery(&[]).is_empty());
 }

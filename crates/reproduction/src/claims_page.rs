@@ -3,10 +3,11 @@
 use std::path::PathBuf;
 
 use serde::Deserialize;
+use taxel::data::SourceKind;
 
-use crate::claims::{Claim, Verdict};
+use crate::claims::{Claim, Contrast, Pooled, Verdict, with_q};
 use crate::error::{Error, Result};
-use crate::kept::{ClaimRow, merged, read, text};
+use crate::kept::{kind, merged, read, text};
 use crate::pages::{Pages, TITLES, cited, row};
 
 const KEPT: &str = "reference/claims.csv";
@@ -24,13 +25,15 @@ struct Explanation {
     why: String,
 }
 
-/// A claim with its results on all runs.
+/// A claim with its verdicts on simulated and on real data.
 struct TestedClaim<'a> {
     says: &'a str,
     paper: &'a str,
     place: &'a str,
-    rows: Vec<&'a ClaimRow>,
+    kinds: Vec<Pooled<'a>>,
 }
+
+const KINDS: [SourceKind; 2] = [SourceKind::Simulated, SourceKind::Real];
 
 /// Keeps what `claims` say of their runs and writes the page of all; without claims the page is drawn anew. Returns the
 /// path of the page.
@@ -40,121 +43,141 @@ struct TestedClaim<'a> {
 pub fn claims_page(pages: &Pages, claims: &[Claim]) -> Result<PathBuf> {
     let path = pages.file(KEPT);
     let kept = if path.exists() { read(&path)? } else { vec![] };
-    let rows = merged(kept, claims.iter().map(ClaimRow::of).collect(), &path)?;
+    let all = merged(kept, claims, &path)?;
     let why: Why = pages.read(WHY)?;
-    let page = page(pages, &rows, &why.claims)?;
-    pages.write(KEPT, &text(&rows, &path)?)?;
+    let page = page(pages, &all, &why.claims)?;
+    pages.write(KEPT, &text(&all, &path)?)?;
     pages.write("claims.md", &page)
 }
 
-fn page(pages: &Pages, rows: &[ClaimRow], why: &[Explanation]) -> Result<String> {
-    let claims = by_claim(rows);
+fn page(pages: &Pages, all: &[Claim], why: &[Explanation]) -> Result<String> {
+    let claims = by_claim(all)?;
     if let Some(unknown) = why.iter().find(|entry| claims.iter().all(|claim| claim.says != entry.claim)) {
         return Err(Error::file(
             &pages.file(WHY),
             format!("no claim of the program reads `{}`", unknown.claim),
         ));
     }
-    let mut lines = head(rows);
+    let mut lines = head(&claims);
     for (paper, title) in TITLES {
         let of_paper: Vec<&TestedClaim> = claims.iter().filter(|claim| claim.paper == paper).collect();
         if of_paper.is_empty() {
             continue;
         }
         lines.extend([format!("## {title}"), String::new()]);
-        lines.push(row(&["claim", "printed in", "run", "outcome", "effect"]));
-        lines.push(row(&["---"; 5]));
-        lines.extend(of_paper.iter().flat_map(|claim| results(pages, claim)));
+        lines.push(row(&["claim", "printed in", "on", "verdict", "effect", "q"]));
+        lines.push(row(&["---"; 6]));
+        lines.extend(of_paper.iter().flat_map(|claim| verdicts(claim)));
         lines.push(String::new());
     }
-    lines.extend(["## What does not hold, and why".into(), String::new()]);
-    lines.extend(
-        claims.iter().filter_map(|claim| against(pages, claim, why)).flat_map(|line| [line, String::new()]),
-    );
+    lines.extend(["## Run by run".into(), String::new()]);
+    lines.push(row(&["claim", "run", "outcome", "effect"]));
+    lines.push(row(&["---"; 4]));
+    lines.extend(claims.iter().flat_map(|claim| runs(pages, claim)));
+    lines.extend([String::new(), "## What does not hold, and why".into(), String::new()]);
+    lines
+        .extend(claims.iter().filter_map(|claim| against(claim, why)).flat_map(|line| [line, String::new()]));
     Ok(lines.join("\n").trim_end().to_string() + "\n")
 }
 
-/// Returns the claims in the order in which rows first name them.
-fn by_claim(rows: &[ClaimRow]) -> Vec<TestedClaim<'_>> {
-    let mut claims: Vec<TestedClaim> = vec![];
-    for row in rows {
-        let same = |claim: &&mut TestedClaim| {
-            (claim.paper, claim.place, claim.says) == (&row.paper, &row.place, &row.claim)
-        };
-        match claims.iter_mut().find(same) {
-            Some(claim) => claim.rows.push(row),
-            None => claims.push(TestedClaim {
-                says: &row.claim,
-                paper: &row.paper,
-                place: &row.place,
-                rows: vec![row],
-            }),
+/// Returns the claims in the order in which results first name them.
+fn by_claim(all: &[Claim]) -> Result<Vec<TestedClaim<'_>>> {
+    let mut names: Vec<&Claim> = vec![];
+    for claim in all {
+        if !names.iter().any(|known| known.says == claim.says) {
+            names.push(claim);
         }
     }
-    claims
+    let mut pooled = vec![];
+    for kind in KINDS {
+        let runs = |name: &Claim| {
+            all.iter().filter(|claim| claim.says == name.says && claim.source.kind == kind).collect()
+        };
+        let mut of_kind = names.iter().map(|name| Ok(Pooled::of(runs(name))?)).collect::<Result<Vec<_>>>()?;
+        with_q(&mut of_kind);
+        pooled.push(of_kind.into_iter());
+    }
+    let claims = names.into_iter().map(|name| {
+        let kinds = pooled.iter_mut().filter_map(Iterator::next).collect();
+        TestedClaim { says: &name.says, paper: &name.paper, place: &name.place, kinds }
+    });
+    Ok(claims.collect())
 }
 
-fn head(rows: &[ClaimRow]) -> Vec<String> {
+fn head(claims: &[TestedClaim]) -> Vec<String> {
     let mut lines: Vec<String> =
         ["# Claims of the papers", "", "Generated by `taxel-reproduction claims` from run folders.", ""]
             .map(String::from)
             .into();
-    for kind in ["simulated", "real"] {
+    for (at, of) in KINDS.into_iter().enumerate() {
         let count = |outcome: Verdict| {
-            let count = rows.iter().filter(|row| row.kind == kind && row.outcome == outcome.words()).count();
+            let count = claims.iter().filter(|claim| claim.kinds[at].outcome() == outcome).count();
             (count > 0).then(|| format!("{count} {}", outcome.words()))
         };
-        let outcomes = [Verdict::Holds, Verdict::DoesNotHold, Verdict::TooFewData];
-        let counts: Vec<String> = outcomes.into_iter().filter_map(count).collect();
+        let counts: Vec<String> = Verdict::TESTED.into_iter().filter_map(count).collect();
         let counts = if counts.is_empty() { "nothing tested".into() } else { counts.join(", ") };
-        lines.push(format!("- *{kind}*: {counts} (each claim counted once for each run that can test it)"));
+        lines.push(format!("- *{}*: {counts}", kind(of)));
     }
-    lines.extend([
-        String::new(),
-        "A claim holds if the whole 95 % interval of the effect supports it. It does not hold if the whole interval \
-         is against it. If the interval reaches to both sides, the test samples, folds or groups are too few. For a \
-         claim over several networks, the effect nearest to refuting it is shown."
-            .into(),
-        String::new(),
-    ]);
+    lines.extend([String::new(), RULES.into(), String::new()]);
     lines
 }
 
-/// Returns the rows of a claim: one for each run that can test it, or one for a kind of data with no such run.
-fn results(pages: &Pages, claim: &TestedClaim) -> Vec<String> {
-    let found = ["simulated", "real"].into_iter().flat_map(|kind| of_kind(pages, claim, kind));
-    // A claim stands in its first row only.
-    let named = |at: usize| if at == 0 { [claim.says, claim.place] } else { [""; 2] };
-    let line = |(at, [run, outcome, effect]): (usize, [String; 3])| {
-        let [says, place] = named(at);
-        row(&[says, place, &run, &outcome, &effect])
+/// How verdicts come about.
+const RULES: &str = "A claim holds if the whole 95 % interval of the effect supports it. It does not hold if the whole \
+interval is against it. There is no difference worth naming if the interval lies within the difference that the paper \
+prints, or within one point where it prints none. Else there are too few data. For a claim over several networks, the \
+effect nearest to refuting it is shown, and it refutes the claim at 5 % over all of them (Bonferroni).
+
+A *fresh* run simulates a new world for each repetition. It is looked at after a quarter, half and all of its worlds; the looks \
+share the 5 % (O'Brien and Fleming's spending). Where a claim has fresh runs, they alone count: all other simulated \
+runs share one world. Several runs are pooled by random effects (Hartung and Knapp). q is Benjamini and Hochberg's: the \
+share of false claims to expect among those with a smaller q. A network that got less than three quarters of the way \
+from chance to 100 % on its training samples was not trained to its end, and takes no part.";
+
+/// Returns the rows of a claim: its verdict on each kind of data.
+fn verdicts(claim: &TestedClaim) -> Vec<String> {
+    let line = |(at, pooled): (usize, &Pooled)| {
+        // A claim stands in its first row only.
+        let [says, place] = if at == 0 { [claim.says, claim.place] } else { [""; 2] };
+        let on = kind(KINDS[at]).to_string();
+        let Some(contrast) = pooled.weakest.as_ref().filter(|_| pooled.outcome() != Verdict::CannotBeTested)
+        else {
+            return row(&[says, place, &on, "–", &reason(pooled), ""]);
+        };
+        let runs = if pooled.counted > 1 { format!(", {} runs", pooled.counted) } else { String::new() };
+        let outcome = format!("**{}**{}", pooled.outcome().words(), size(contrast));
+        let q = pooled.q.map_or(String::new(), significant);
+        row(&[says, place, &(on + &runs), &outcome, &contrast.words(pooled.least, pooled.contrasts), &q])
     };
-    found.enumerate().map(line).collect()
+    claim.kinds.iter().enumerate().map(line).collect()
 }
 
-/// Returns run, outcome and effect of each run of one kind; if none can test the claim, the shortest of their reasons.
-fn of_kind(pages: &Pages, claim: &TestedClaim, kind: &str) -> Vec<[String; 3]> {
-    let rows = || claim.rows.iter().filter(|row| row.kind == kind);
-    let tested = |row: &&ClaimRow| {
-        let outcome = format!("**{}**{}", row.outcome, size(row));
-        [format!("{kind}: {}", linked(pages, &row.run)), outcome, row.effect.clone()]
+/// Returns why no run can test a claim: the shortest of their reasons.
+fn reason(pooled: &Pooled) -> String {
+    let shortest = pooled.runs.iter().map(|claim| claim.effect()).min_by_key(|effect| effect.chars().count());
+    shortest.map_or("no run".into(), |reason| format!("cannot be tested: {reason}"))
+}
+
+/// Returns a row for each run that can test a claim.
+fn runs(pages: &Pages, claim: &TestedClaim) -> Vec<String> {
+    let tested = claim.kinds.iter().flat_map(|pooled| &pooled.runs);
+    let tested = tested
+        .filter_map(|run| Some((run, run.weakest()?)).filter(|_| run.outcome() != Verdict::CannotBeTested));
+    let line = |(at, (run, contrast)): (usize, (&&Claim, &Contrast))| {
+        let fresh = if run.fresh { ", fresh" } else { "" };
+        let on = format!("{}{fresh}: {}", kind(run.source.kind), linked(pages, &run.run));
+        let outcome = format!("{}{}", run.outcome().words(), size(contrast));
+        row(&[if at == 0 { claim.says } else { "" }, &on, &outcome, &run.effect()])
     };
-    let tested: Vec<[String; 3]> = rows().filter(|row| row.is_tested()).map(tested).collect();
-    if !tested.is_empty() {
-        return tested;
-    }
-    let shortest = rows().map(|row| &row.effect).min_by_key(|effect| effect.chars().count());
-    let reason = shortest.map_or("no run".into(), |reason| format!("cannot be tested: {reason}"));
-    vec![[kind.into(), "–".into(), reason]]
+    tested.enumerate().map(line).collect()
 }
 
 /// Returns ` size [low, high]`, or nothing where the effect has no interval.
-fn size(row: &ClaimRow) -> String {
-    let ends = [&row.size, &row.size_low, &row.size_high].map(|text| text.parse().ok().map(significant));
-    match ends {
-        [Some(size), Some(low), Some(high)] => format!(" {size} [{low}, {high}]"),
-        _ => String::new(),
-    }
+fn size(contrast: &Contrast) -> String {
+    contrast.interval.map_or(String::new(), |ends| {
+        let [size, low, high] = [contrast.size, ends[0], ends[1]].map(significant);
+        format!(" {size} [{low}, {high}]")
+    })
 }
 
 /// Returns the names of joined runs, each with its page where there is one.
@@ -162,17 +185,17 @@ fn linked(pages: &Pages, run: &str) -> String {
     run.split(" + ").map(|name| pages.linked(name)).collect::<Vec<_>>().join(" + ")
 }
 
-/// Returns a claim that does not hold on some run, with what was found out about it.
-fn against(pages: &Pages, claim: &TestedClaim, why: &[Explanation]) -> Option<String> {
-    let refuting = claim.rows.iter().filter(|row| row.outcome == Verdict::DoesNotHold.words());
-    let runs: Vec<String> = refuting.map(|row| linked(pages, &row.run)).collect();
-    if runs.is_empty() {
+/// Returns a claim that does not hold on some kind of data, with what was found out about it.
+fn against(claim: &TestedClaim, why: &[Explanation]) -> Option<String> {
+    let refuted = claim.kinds.iter().filter(|pooled| pooled.outcome() == Verdict::DoesNotHold);
+    let kinds: Vec<&str> = refuted.filter_map(|pooled| pooled.kind().map(kind)).collect();
+    if kinds.is_empty() {
         return None;
     }
     let found: Vec<&str> =
         why.iter().filter(|entry| entry.claim == claim.says).map(|entry| entry.why.trim()).collect();
     let found = if found.is_empty() { "Not looked into.".into() } else { found.join(" ") };
-    Some(format!("**{}** ({}; on {}). {found}", claim.says, cited(claim.paper), runs.join(", ")))
+    Some(format!("**{}** ({}; on {} data). {found}", claim.says, cited(claim.paper), kinds.join(" and ")))
 }
 
 /// Returns three digits that count without trailing zeros, as C's `%.3g`.

@@ -39,10 +39,13 @@ fn all(claims: &[Claim]) -> Table {
         Column::text("run", "run", |c: &Claim| Cell::text(&c.run)),
         Column::text("on", "source", |c: &Claim| Cell::text(c.source.to_string())),
         Column::text("readings", "kind", |c: &Claim| Cell::text(kind(c.source.kind))),
-        Column::text("outcome", "outcome", |c: &Claim| Cell::text(c.outcome.words())),
-        Column::text("effect", "effect", |c: &Claim| Cell::text(&c.effect)),
+        Column::text("outcome", "outcome", |c: &Claim| Cell::text(c.outcome().words())),
+        Column::text("effect", "effect", |c: &Claim| Cell::text(c.effect())),
         Column::number("size [95 % interval]", &["size", "size_low", "size_high"], |c: &Claim| {
-            Cell::number(c.size, digits).interval(c.interval, in_brackets(digits))
+            let weakest = c.weakest();
+            let interval = weakest.and_then(|contrast| contrast.interval);
+            Cell::number(weakest.map(|contrast| contrast.size), digits)
+                .interval(interval, in_brackets(digits))
         }),
     ];
     Table::new("claims", "What the papers claim, and what of it holds here".into(), columns, claims)
@@ -65,7 +68,7 @@ fn tested(claims: &[Claim]) -> Option<Table> {
             None => rows.push(vec![claim]),
         }
     }
-    rows.retain(|row| row.iter().any(|claim| claim.outcome != Verdict::CannotBeTested));
+    rows.retain(|row| row.iter().any(|claim| claim.outcome() != Verdict::CannotBeTested));
     if rows.is_empty() {
         return None;
     }
@@ -78,8 +81,8 @@ fn tested(claims: &[Claim]) -> Option<Table> {
         let name = run.to_string();
         columns.push(Column::text(&format!("{run} ({})", kind(of)), run, move |row: &Vec<&Claim>| {
             let found = row.iter().find(|claim| claim.run == name);
-            let tested = found.filter(|claim| claim.outcome != Verdict::CannotBeTested);
-            Cell::text(tested.map_or("–", |claim| claim.outcome.words()))
+            let tested = found.filter(|claim| claim.outcome() != Verdict::CannotBeTested);
+            Cell::text(tested.map_or("–", |claim| claim.outcome().words()))
         }));
     }
     Some(Table::new("claims-by-run", "What the papers claim, run by run".into(), columns, &rows))
@@ -89,10 +92,23 @@ fn tested(claims: &[Claim]) -> Option<Table> {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
+    use crate::claims::Contrast;
     use taxel::Source;
 
     /// A text that would be a tag, an end of an attribute, a column and a formula.
     const HOSTILE: &str = "<b>&\"x|$a_1$";
+
+    fn contrast(interval: [f64; 2]) -> Contrast {
+        Contrast {
+            effect: "accuracy, points".into(),
+            size: (interval[0] + interval[1]) / 2.0,
+            interval: Some(interval),
+            refuting: Some(interval),
+            error: None,
+            p: None,
+            margin: None,
+        }
+    }
 
     fn claim() -> Claim {
         Claim {
@@ -101,18 +117,17 @@ mod tests {
             says: HOSTILE.into(),
             run: "run".into(),
             source: Source::simulated("fingertip"),
-            outcome: Verdict::DoesNotHold,
-            effect: "accuracy, pp".into(),
-            size: Some(-1.5),
-            interval: Some([-3.0, 0.5]),
+            fresh: false,
+            least: 0.0,
+            contrasts: vec![contrast([-3.0, -0.5])],
+            lacks: None,
         }
     }
 
     #[test]
     fn several_runs_share_a_page_of_claims() {
-        let untested =
-            Claim { says: "nobody can test this".into(), outcome: Verdict::CannotBeTested, ..claim() };
-        let elsewhere = Claim { run: "other".into(), outcome: Verdict::Holds, ..claim() };
+        let untested = Claim { says: "nobody can test this".into(), contrasts: vec![], ..claim() };
+        let elsewhere = Claim { run: "other".into(), contrasts: vec![contrast([0.5, 3.0])], ..claim() };
         let folder = tempfile::tempdir().unwrap();
         let page = claims_report(&[claim(), elsewhere, untested], folder.path()).unwrap();
         let page = std::fs::read_to_string(page).unwrap();

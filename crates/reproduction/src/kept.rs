@@ -4,25 +4,32 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
+use taxel::Source;
 use taxel::data::SourceKind;
 
-use crate::claims::{CLAIMS, Claim, Verdict};
+use crate::claims::{CLAIMS, Claim, Contrast, Verdict};
 use crate::error::{Error, Result};
 
-/// Result of one run for one claim; numbers as they are printed, empty where there is none.
+/// One contrast of a claim on a run, or what the run lacks; numbers are empty where there is none.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(crate) struct ClaimRow {
-    pub paper: String,
-    pub place: String,
-    pub claim: String,
-    pub run: String,
-    pub source: String,
-    pub kind: String,
-    pub outcome: String,
-    pub effect: String,
-    pub size: String,
-    pub size_low: String,
-    pub size_high: String,
+struct Row {
+    paper: String,
+    place: String,
+    claim: String,
+    run: String,
+    source: Source,
+    fresh: bool,
+    least: f64,
+    /// The contrast; of a run that lacks something, what that is.
+    effect: String,
+    size: Option<f64>,
+    low: Option<f64>,
+    high: Option<f64>,
+    refuting_low: Option<f64>,
+    refuting_high: Option<f64>,
+    error: Option<f64>,
+    p: Option<f64>,
+    margin: Option<f64>,
 }
 
 /// Returns the kind in words: `simulated` or `real`.
@@ -33,118 +40,192 @@ pub(crate) fn kind(kind: SourceKind) -> &'static str {
     }
 }
 
-impl ClaimRow {
-    pub fn of(claim: &Claim) -> Self {
-        let number = |value: Option<f64>| value.map_or(String::new(), |value| value.to_string());
-        let [low, high] = claim.interval.map_or([None, None], |ends| ends.map(Some));
-        ClaimRow {
+impl Row {
+    /// Returns the rows of a claim on a run: one for each contrast, or one for what the run lacks.
+    fn of(claim: &Claim) -> Vec<Row> {
+        let lacking = Row {
             paper: claim.paper.clone(),
             place: claim.place.clone(),
             claim: claim.says.clone(),
             run: claim.run.clone(),
-            source: claim.source.to_string(),
-            kind: kind(claim.source.kind).into(),
-            outcome: claim.outcome.words().into(),
-            effect: claim.effect.clone(),
-            size: number(claim.size),
-            size_low: number(low),
-            size_high: number(high),
+            source: claim.source.clone(),
+            fresh: claim.fresh,
+            least: claim.least,
+            effect: claim.lacks.clone().unwrap_or_default(),
+            size: None,
+            low: None,
+            high: None,
+            refuting_low: None,
+            refuting_high: None,
+            error: None,
+            p: None,
+            margin: None,
+        };
+        if claim.contrasts.is_empty() {
+            return vec![lacking];
+        }
+        let ends = |interval: Option<[f64; 2]>| interval.map_or([None, None], |ends| ends.map(Some));
+        let row = |contrast: &Contrast| {
+            let ([low, high], [refuting_low, refuting_high]) =
+                (ends(contrast.interval), ends(contrast.refuting));
+            Row {
+                effect: contrast.effect.clone(),
+                size: Some(contrast.size),
+                low,
+                high,
+                refuting_low,
+                refuting_high,
+                error: contrast.error,
+                p: contrast.p,
+                margin: contrast.margin,
+                ..lacking.clone()
+            }
+        };
+        claim.contrasts.iter().map(row).collect()
+    }
+
+    /// Returns the contrast; none of a row that says what a run lacks.
+    fn contrast(&self) -> Option<Contrast> {
+        let ends = |low: Option<f64>, high: Option<f64>| Some([low?, high?]);
+        Some(Contrast {
+            effect: self.effect.clone(),
+            size: self.size?,
+            interval: ends(self.low, self.high),
+            refuting: ends(self.refuting_low, self.refuting_high),
+            error: self.error,
+            p: self.p,
+            margin: self.margin,
+        })
+    }
+
+    /// Returns the claim of this row, without contrasts.
+    fn claim(&self) -> Claim {
+        Claim {
+            paper: self.paper.clone(),
+            place: self.place.clone(),
+            says: self.claim.clone(),
+            run: self.run.clone(),
+            source: self.source.clone(),
+            fresh: self.fresh,
+            least: self.least,
+            contrasts: vec![],
+            lacks: self.size.is_none().then(|| self.effect.clone()),
         }
     }
-
-    /// Checks whether the claim could be tested on the run.
-    pub fn is_tested(&self) -> bool {
-        self.outcome != Verdict::CannotBeTested.words()
-    }
 }
 
-/// Reads the kept rows.
-pub(crate) fn read(path: &Path) -> Result<Vec<ClaimRow>> {
+/// Reads the kept results.
+pub(crate) fn read(path: &Path) -> Result<Vec<Claim>> {
     let mut reader = csv::Reader::from_path(path).map_err(|e| Error::file(path, e))?;
-    reader.deserialize().collect::<std::result::Result<_, _>>().map_err(|e| Error::file(path, e))
+    let rows = reader.deserialize().collect::<std::result::Result<Vec<Row>, _>>();
+    let mut claims: Vec<Claim> = vec![];
+    for row in rows.map_err(|e| Error::file(path, e))? {
+        let is_next = |claim: &&mut Claim| (&claim.says, &claim.run) == (&row.claim, &row.run);
+        match claims.last_mut().filter(is_next) {
+            Some(claim) => claim.contrasts.extend(row.contrast()),
+            None => claims.push(Claim { contrasts: row.contrast().into_iter().collect(), ..row.claim() }),
+        }
+    }
+    Ok(claims)
 }
 
-/// Returns the rows as a CSV file.
-pub(crate) fn text(rows: &[ClaimRow], path: &Path) -> Result<String> {
+/// Returns the results as a CSV file.
+pub(crate) fn text(claims: &[Claim], path: &Path) -> Result<String> {
     let mut writer = csv::Writer::from_writer(vec![]);
-    rows.iter().try_for_each(|row| writer.serialize(row)).map_err(|e| Error::file(path, e))?;
+    claims
+        .iter()
+        .flat_map(Row::of)
+        .try_for_each(|row| writer.serialize(row))
+        .map_err(|e| Error::file(path, e))?;
     let bytes = writer.into_inner().map_err(|e| Error::file(path, e))?;
     String::from_utf8(bytes).map_err(|e| Error::file(path, e))
 }
 
-/// Puts new rows in the place of those of the same runs, in the order of the claims and of the runs' names. Of a claim
+/// Puts new results in the place of those of the same runs, in the order of the claims and of the runs' names. Of a claim
 /// that no run of a kind can test, one reason is kept: the shortest.
 ///
 /// # Errors
-/// A row about a claim that the program does not know.
-pub(crate) fn merged(kept: Vec<ClaimRow>, new: Vec<ClaimRow>, path: &Path) -> Result<Vec<ClaimRow>> {
-    let renewed: BTreeSet<String> = new.iter().map(|row| row.run.clone()).collect();
-    let mut rows: Vec<ClaimRow> = kept.into_iter().filter(|row| !renewed.contains(&row.run)).collect();
-    rows.extend(new);
-    let place = |row: &ClaimRow| CLAIMS.iter().position(|claim| claim.says == row.claim);
-    if let Some(unknown) = rows.iter().find(|row| place(row).is_none()) {
-        let reason = format!("no claim of the program reads `{}`; delete its rows", unknown.claim);
+/// A result about a claim that the program does not know.
+pub(crate) fn merged(kept: Vec<Claim>, new: &[Claim], path: &Path) -> Result<Vec<Claim>> {
+    let renewed: BTreeSet<&str> = new.iter().map(|claim| claim.run.as_str()).collect();
+    let mut all: Vec<Claim> =
+        kept.into_iter().filter(|claim| !renewed.contains(claim.run.as_str())).collect();
+    all.extend_from_slice(new);
+    let place = |claim: &Claim| CLAIMS.iter().position(|known| known.says == claim.says);
+    if let Some(unknown) = all.iter().find(|claim| place(claim).is_none()) {
+        let reason = format!("no claim of the program reads `{}`; delete its rows", unknown.says);
         return Err(Error::file(path, reason));
     }
-    rows.sort_by(|a, b| (place(a), &a.run).cmp(&(place(b), &b.run)));
+    all.sort_by(|a, b| (place(a), &a.run).cmp(&(place(b), &b.run)));
+    let is_tested = |claim: &Claim| claim.outcome() != Verdict::CannotBeTested;
     let mut tested = BTreeSet::new();
     let mut shortest: BTreeMap<(&str, &str), usize> = BTreeMap::new();
-    for (at, row) in rows.iter().enumerate() {
-        let key = (row.claim.as_str(), row.kind.as_str());
-        if row.is_tested() {
+    for (at, claim) in all.iter().enumerate() {
+        let key = (claim.says.as_str(), kind(claim.source.kind));
+        if is_tested(claim) {
             tested.insert(key);
         }
         let best = shortest.entry(key).or_insert(at);
-        if row.effect.chars().count() < rows[*best].effect.chars().count() {
+        if claim.effect().chars().count() < all[*best].effect().chars().count() {
             *best = at;
         }
     }
     let reasons: BTreeSet<usize> =
         shortest.iter().filter(|(key, _)| !tested.contains(*key)).map(|(_, at)| *at).collect();
-    let keep = |(at, row): &(usize, &ClaimRow)| row.is_tested() || reasons.contains(at);
-    Ok(rows.iter().enumerate().filter(keep).map(|(_, row)| row.clone()).collect())
+    let keep = |(at, claim): &(usize, &Claim)| is_tested(claim) || reasons.contains(at);
+    Ok(all.iter().enumerate().filter(keep).map(|(_, claim)| claim.clone()).collect())
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
 
-    fn row(claim: usize, run: &str, outcome: Verdict, effect: &str) -> ClaimRow {
-        let claim = &CLAIMS[claim];
-        ClaimRow {
-            paper: claim.paper.into(),
-            place: claim.place.into(),
-            claim: claim.says.into(),
+    fn claim(at: usize, run: &str, sizes: &[f64], lacks: Option<&str>) -> Claim {
+        let known = &CLAIMS[at];
+        let contrast = |size: &f64| Contrast {
+            effect: format!("{size} points"),
+            size: *size,
+            interval: Some([size - 0.1, size + 0.1]),
+            refuting: Some([size - 0.2, size + 0.2]),
+            error: Some(0.05),
+            p: None,
+            margin: Some(1.0),
+        };
+        Claim {
+            paper: known.paper.into(),
+            place: known.place.into(),
+            says: known.says.into(),
             run: run.into(),
-            source: "simulated: fingertip".into(),
-            kind: "simulated".into(),
-            outcome: outcome.words().into(),
-            effect: effect.into(),
-            size: String::new(),
-            size_low: String::new(),
-            size_high: String::new(),
+            source: Source::simulated("fingertip"),
+            fresh: true,
+            least: 0.0,
+            contrasts: sizes.iter().map(contrast).collect(),
+            lacks: lacks.map(String::from),
         }
     }
 
     #[test]
     fn a_run_that_is_asked_again_replaces_its_rows() {
         let kept = vec![
-            row(0, "b", Verdict::Holds, "old"),
-            row(0, "c", Verdict::TooFewData, "stays"),
-            row(1, "b", Verdict::CannotBeTested, "the run lacks a and b"),
-            row(1, "c", Verdict::CannotBeTested, "the run lacks a"),
+            claim(0, "b", &[1.0], None),
+            claim(0, "c", &[2.0, 3.0], None),
+            claim(1, "b", &[], Some("a and b")),
+            claim(1, "c", &[], Some("a")),
         ];
-        let new = vec![
-            row(0, "b", Verdict::DoesNotHold, "new"),
-            row(1, "b", Verdict::CannotBeTested, "the run lacks a and b"),
-        ];
-        let rows = merged(kept, new, Path::new("claims.csv")).unwrap();
-        let said: Vec<(&str, &str)> =
-            rows.iter().map(|row| (row.run.as_str(), row.effect.as_str())).collect();
-        assert_eq!(said, [("b", "new"), ("c", "stays"), ("c", "the run lacks a")]);
-        let mut unknown = row(0, "b", Verdict::Holds, "");
-        unknown.claim = "nobody says this".into();
-        let error = merged(vec![unknown], vec![], Path::new("claims.csv")).unwrap_err().to_string();
+        let new = vec![claim(0, "b", &[-4.0], None), claim(1, "b", &[], Some("a and b"))];
+        let all = merged(kept, &new, Path::new("claims.csv")).unwrap();
+        let said: Vec<(&str, String)> =
+            all.iter().map(|claim| (claim.run.as_str(), claim.effect())).collect();
+        let second = "2 points; nearest of 2".to_string();
+        assert_eq!(said, [("b", "-4 points".into()), ("c", second), ("c", "the run lacks a".into())]);
+        let unknown = Claim { says: "nobody says this".into(), ..claim(0, "b", &[1.0], None) };
+        let error = merged(vec![unknown], &[], Path::new("claims.csv")).unwrap_err().to_string();
         assert!(error.starts_with("claims.csv: ") && error.contains("`nobody says this`"), "{error}");
+        // The file gives back what was written.
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("claims.csv");
+        std::fs::write(&path, text(&all, &path).unwrap()).unwrap();
+        assert_eq!(read(&path).unwrap(), all);
     }
 }

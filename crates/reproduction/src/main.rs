@@ -11,7 +11,7 @@ use taxel::IndicatifProgress;
 use taxel::judge::{Case, Judgement};
 use taxel::reporting::{judgement, open};
 use taxel_reproduction::{
-    Claim, Pages, Result, claims, claims_page, claims_report, papers_page, pin, shrink_page,
+    Claim, Pages, Papers, Result, claims, claims_page, claims_report, papers_page, pin, shrink_page,
 };
 
 /// Five papers on touch: what they claim, and what of it holds on our runs.
@@ -81,9 +81,12 @@ fn main() -> ExitCode {
 /// Runs a command and returns what it prints: a page, or the path of one.
 fn run(arguments: Arguments) -> Result<String> {
     let path = match arguments.command {
-        Command::Claims { runs, output: Some(folder) } => claims_report(&tested(&runs)?, &folder)?,
+        Command::Claims { runs, output: Some(folder) } => {
+            claims_report(&tested(&runs, &Pages::at(&arguments.pages)?)?, &folder)?
+        }
         Command::Claims { runs, output: None } => {
-            claims_page(&Pages::at(&arguments.pages)?, &tested(&runs)?)?
+            let pages = Pages::at(&arguments.pages)?;
+            claims_page(&pages, &tested(&runs, &pages)?)?
         }
         Command::Papers => papers_page(&Pages::at(&arguments.pages)?)?,
         Command::Pin { folder } => pin(&folder)?,
@@ -95,7 +98,8 @@ fn run(arguments: Arguments) -> Result<String> {
 }
 
 /// Tests all runs together: those on the same samples, divided alike, share their networks.
-fn tested(runs: &[PathBuf]) -> Result<Vec<Claim>> {
+fn tested(runs: &[PathBuf], pages: &Pages) -> Result<Vec<Claim>> {
+    let printed = Papers::of(pages)?;
     let mut judged = vec![];
     for path in runs {
         let case = open(path)?;
@@ -103,5 +107,5 @@ fn tested(runs: &[PathBuf]) -> Result<Vec<Claim>> {
         judged.push((case, found));
     }
     let together: Vec<(&Case, &Judgement)> = judged.iter().map(|(case, found)| (case, found)).collect();
-    Ok(claims(&together)?)
+    Ok(claims(&together, &printed)?)
 }

@@ -2,11 +2,10 @@
 
 use std::path::PathBuf;
 
-use serde::Deserialize;
-
 use crate::error::{Error, Result};
 use crate::markdown::{MarkdownTable, tables};
 use crate::pages::{Pages, TITLES, capital, read, row};
+use crate::printed::{Papers, Printed};
 
 /// Kinds of pages that a table names, with the head of their column.
 const HEADS: [(&str, &str); 5] = [
@@ -18,85 +17,12 @@ const HEADS: [(&str, &str); 5] = [
 ];
 const ACCURACY: &str = "accuracy % [";
 
-/// `papers.toml`.
-#[derive(Deserialize)]
-struct Papers {
-    tables: Vec<Printed>,
-}
-
-/// A table as it is printed, and the pages that have its rows.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Printed {
-    paper: String,
-    table: String,
-    says: String,
-    lacks: Option<String>,
-    /// The column of the simulated page, where it is not the accuracy.
-    column: Option<String>,
-    /// The attribute whose levels the table lists.
-    attribute: Option<String>,
-    /// Training samples per class of a learning curve.
-    counts: Option<Vec<u32>>,
-    simulated: String,
-    sessions: Option<String>,
-    imagenet: Option<String>,
-    small: Option<String>,
-    real: Option<String>,
-    rows: Vec<PrintedRow>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct PrintedRow {
-    /// The row's name in the paper.
-    is: String,
-    /// Its name on our pages.
-    row: Option<String>,
-    imagenet_row: Option<String>,
-    small_row: Option<String>,
-    real_row: Option<String>,
-    published: Option<String>,
-    page: Option<String>,
-    /// Precision, recall and F1 of each level.
-    levels: Option<Vec<[u32; 3]>>,
-}
-
-impl Printed {
-    /// Returns the page of a column, if the table has it.
-    fn page(&self, kind: &str) -> Option<&str> {
-        match kind {
-            "simulated" => Some(&self.simulated),
-            "sessions" => self.sessions.as_deref(),
-            "imagenet" => self.imagenet.as_deref(),
-            "small" => self.small.as_deref(),
-            _ => self.real.as_deref(),
-        }
-    }
-}
-
-impl PrintedRow {
-    /// Returns the row's name on the page of a column: what starts from ImageNet or is reduced has names of its own.
-    fn name(&self, kind: &str) -> Option<&str> {
-        match kind {
-            "imagenet" => self.imagenet_row.as_deref(),
-            "small" => self.small_row.as_deref(),
-            "real" => self.real_row.as_deref().or(self.row.as_deref()),
-            _ => self.row.as_deref(),
-        }
-    }
-
-    fn published(&self) -> &str {
-        self.published.as_deref().unwrap_or_default()
-    }
-}
-
 /// Writes the page and returns its path.
 ///
 /// # Errors
 /// A page that measured on another kind of data than `papers.toml` says, a file that cannot be read or written.
 pub fn papers_page(pages: &Pages) -> Result<PathBuf> {
-    let printed: Papers = pages.read("papers.toml")?;
+    let printed = Papers::of(pages)?;
     let mut lines: Vec<String> = [
         "# The tables of the five papers",
         "",

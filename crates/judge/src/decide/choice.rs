@@ -110,7 +110,7 @@ fn one(
     let (name, best_name) = (&row.results.network, &best.results.network);
     let tested = if name == best_name { None } else { comparison.tested(name, best_name, None)? };
     let effect = match tested {
-        None if name == best_name => Some(Effect { size: 0.0, interval: None, p: None }),
+        None if name == best_name => Some(Effect { size: 0.0, interval: None, p: None, error: None }),
         tested => tested.map(|(effect, _)| effect),
     };
     let mean_loss = judgement.stress.as_ref().and_then(|stress| stress.mean_loss(name));

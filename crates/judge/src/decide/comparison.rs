@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use taxel_data::{Dataset, Task};
-use taxel_learn::metrics::{MeanEstimate, Terms};
+use taxel_learn::metrics::{MeanEstimate, Terms, t_quantile};
 use taxel_learn::{FoldRecord, Protocol};
 
 use super::statistics::{cluster_bootstrap, corrected_t, grouped_pairs, mcnemar, signed_rank};
@@ -83,6 +83,17 @@ pub struct Effect {
     pub interval: Option<[f64; 2]>,
     /// Two-sided; none where there is only a bootstrap.
     pub p: Option<f64>,
+    /// Standard error; none where no part of the interval says.
+    pub error: Option<f64>,
+}
+
+impl Effect {
+    /// Makes an effect whose interval is even on the scale of Student's t, with so many degrees of freedom.
+    fn of(size: f64, interval: Option<[f64; 2]>, p: Option<f64>, freedom: f64, confidence: f64) -> Self {
+        let quantile = t_quantile(freedom, (1.0 + confidence) / 2.0);
+        let error = interval.map(|[low, high]| (high - low) / (2.0 * quantile));
+        Effect { size, interval, p, error: error.filter(|error| *error > 0.0) }
+    }
 }
 
 /// A value of the predictions of several networks; none where it is undefined.
@@ -112,6 +123,21 @@ impl Comparison {
             task: dataset.task(),
             protocol: protocol.clone(),
             seed,
+        }
+    }
+
+    /// Returns the comparison over the first repetitions alone.
+    pub fn first_repetitions(&self, count: usize) -> Self {
+        let first = |records: &[FoldRecord]| {
+            records.iter().filter(|record| record.key.repetition < count).cloned().collect()
+        };
+        Comparison {
+            networks: self.networks.iter().map(|(name, records)| (name.clone(), first(records))).collect(),
+            clusters: self.clusters.clone(),
+            is_grouped: self.is_grouped,
+            task: self.task.clone(),
+            protocol: self.protocol.clone(),
+            seed: self.seed,
         }
     }
 
@@ -206,12 +232,13 @@ impl Comparison {
                 let on_part = |rows: &[usize]| on(part, rows);
                 let interval =
                     cluster_bootstrap(&clusters, on_part, confidence, DRAWS, (self.seed, &purpose))?;
-                Ok(Some(Effect { size: *size, interval, p: None }))
+                Ok(Some(Effect::of(*size, interval, None, f64::INFINITY, confidence)))
             }
-            ([size], _) => Ok(Some(Effect { size: *size, interval: None, p: None })),
+            ([size], _) => Ok(Some(Effect { size: *size, interval: None, p: None, error: None })),
             _ => {
                 let test = corrected_t(&values, self.ratio(&parts), confidence)?;
-                Ok(Some(Effect { size: test.mean, interval: test.interval, p: Some(test.p) }))
+                let freedom = values.len() as f64 - 1.0;
+                Ok(Some(Effect::of(test.mean, test.interval, Some(test.p), freedom, confidence)))
             }
         }
     }
@@ -234,7 +261,7 @@ impl Comparison {
         let interval =
             found.and_then(|mean| mean.interval(0.95)).map(|ends| ends.map(|end| fold.scale * end));
         let rows: Vec<usize> = (0..fold.record.index.len()).collect();
-        Ok(Some(Effect { size: Predicted { fold, rows: &rows }.score(), interval, p: None }))
+        Ok(Some(Effect { size: Predicted { fold, rows: &rows }.score(), interval, p: None, error: None }))
     }
 
     /// Returns the score of `a` less that of `b`, as [`Comparison::tested`] has it.
@@ -287,7 +314,7 @@ impl Comparison {
         };
         // Parts of unequal sizes weigh otherwise in the mean over parts.
         let interval = interval.map(|[low, high]| [low.min(size), high.max(size)]);
-        Ok(Some((clamped(Effect { size, interval, p: Some(p) }), test)))
+        Ok(Some((clamped(Effect { size, interval, p: Some(p), error: None }), test)))
     }
 
     /// Tests differences in percentage points.

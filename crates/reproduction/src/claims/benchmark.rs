@@ -3,8 +3,16 @@
 use taxel::learn::NetworkResults;
 
 use taxel::judge::Case;
-use taxel::judge::Comparison;
+use taxel::judge::statistics::{Look, looks};
+use taxel::judge::{Comparison, Result, Statistic};
 use taxel::judge::{Judged, Judgement};
+
+use super::contrast::Contrast;
+use crate::printed::Papers;
+
+/// A network has learned where it got this share of the way from chance to 100 % on its training samples, in the last
+/// epoch. Less says that it was stopped too early or not at all led to learn, so nothing follows about the network.
+const LEARNED: f64 = 0.75;
 
 /// A network of a run, and where its training started.
 #[derive(Debug, Clone)]
@@ -36,13 +44,22 @@ pub(crate) struct Benchmark<'a> {
     pub comparison: Comparison,
     /// In the order of the runs.
     pub entries: Vec<RunNetwork>,
+    /// Networks that have not learned, with their accuracy on the training samples in percent.
+    pub untrained: Vec<(RunNetwork, f64)>,
     /// Look-alikes: classes by label.
     pub look_alikes: Vec<Vec<u32>>,
+    /// Confidence of the intervals.
+    pub confidence: f64,
+    /// What the papers print.
+    pub printed: &'a Papers,
 }
 
 impl<'a> Benchmark<'a> {
     /// Returns the networks of one run.
-    pub fn of(case: &Case, judgement: &'a Judgement) -> Self {
+    ///
+    /// # Errors
+    /// A data set without samples.
+    pub fn of(case: &Case, judgement: &'a Judgement, printed: &'a Papers) -> Result<Self> {
         let results = &judgement.results;
         let entry = |judged: &Judged| RunNetwork {
             name: judged.results.network.clone(),
@@ -56,13 +73,100 @@ impl<'a> Benchmark<'a> {
             at.map(|at| at as u32)
         };
         let groups = results.look_alikes.values();
-        Benchmark {
+        let comparison = Comparison::of(case);
+        let chance = case.chance()?;
+        let (mut entries, mut untrained) = (vec![], vec![]);
+        for one in judgement.networks.iter().filter(|n| n.results.mean.is_some()).map(entry) {
+            let trained = training_score(&comparison, &one.name);
+            // What is frozen is not expected to fit.
+            match trained.filter(|_| one.frozen.is_empty()) {
+                Some(score) if score < chance + LEARNED * (100.0 - chance) => untrained.push((one, score)),
+                _ => entries.push(one),
+            }
+        }
+        Ok(Benchmark {
             name: results.name.clone(),
             judgement,
-            comparison: Comparison::of(case),
-            entries: judgement.networks.iter().filter(|n| n.results.mean.is_some()).map(entry).collect(),
+            comparison,
+            entries,
+            untrained,
             look_alikes: groups.map(|names| names.iter().filter_map(class).collect()).collect(),
+            confidence: 0.95,
+            printed,
+        })
+    }
+
+    /// Checks whether each repetition simulated a world of its own.
+    pub fn is_fresh(&self) -> bool {
+        self.judgement.results.protocol.worlds().is_some()
+    }
+
+    /// Lists what may be looked at: the run as it is, or of one on fresh worlds the first quarter, half and all, as far as
+    /// they are done, each at its own confidence.
+    pub fn looks(&self) -> Vec<Self> {
+        let protocol = &self.judgement.results.protocol;
+        if !self.is_fresh() {
+            return vec![self.with_confidence(self.confidence)];
         }
+        let finished = self.comparison.networks.iter().map(|(_, records)| records.len()).max().unwrap_or(0);
+        let planned = looks(protocol.repetitions());
+        planned.into_iter().filter(|look| look.repetitions <= finished).map(|look| self.at(look)).collect()
+    }
+
+    /// Returns the whole run with intervals of this confidence.
+    pub fn with_confidence(&self, confidence: f64) -> Self {
+        self.at(Look { repetitions: usize::MAX, confidence })
+    }
+
+    fn at(&self, look: Look) -> Self {
+        Benchmark {
+            name: self.name.clone(),
+            judgement: self.judgement,
+            comparison: self.comparison.first_repetitions(look.repetitions),
+            entries: self.entries.clone(),
+            untrained: self.untrained.clone(),
+            look_alikes: self.look_alikes.clone(),
+            confidence: look.confidence,
+            printed: self.printed,
+        }
+    }
+
+    /// Measures a statistic of some networks, one of `count` contrasts of a claim; none where no test part defines it.
+    ///
+    /// # Errors
+    /// A statistic that is not finite.
+    pub fn contrast(
+        &self,
+        words: String,
+        names: &[&str],
+        statistic: Statistic,
+        count: usize,
+    ) -> Result<Option<Contrast>> {
+        let Some(measured) = self.comparison.effect(names, statistic, self.confidence)? else {
+            return Ok(None);
+        };
+        let refuting = match count {
+            0 | 1 => measured,
+            _ => self.comparison.effect(names, statistic, self.refuting(count))?.unwrap_or(measured),
+        };
+        Ok(Some(Contrast::new(words, measured, refuting)))
+    }
+
+    /// Returns the confidence at which one of `count` contrasts refutes a claim over all of them.
+    pub fn refuting(&self, count: usize) -> f64 {
+        1.0 - (1.0 - self.confidence) / count.max(1) as f64
+    }
+
+    /// Describes the networks of these names that take no part: not in the run, or not trained.
+    pub fn absent(&self, names: &[&str]) -> Vec<String> {
+        let one = |name: &&&str| match self.untrained.iter().find(|(entry, _)| entry.results().zoo == **name)
+        {
+            Some((_, score)) => {
+                format!("{name} trained to its end (right on {score:.0} % of its training samples)")
+            }
+            None => (**name).to_string(),
+        };
+        names.iter().filter(|name| self.find(name).is_none()).map(|name| one(&name)).collect()
     }
 
     /// Puts runs on the same samples, divided alike, together. Of two networks of one name the first stays.
@@ -86,6 +190,7 @@ impl<'a> Benchmark<'a> {
                 .networks
                 .extend(other.comparison.networks.into_iter().filter(|(name, _)| wanted(name)));
             first.entries.extend(new);
+            first.untrained.extend(other.untrained);
         }
         joined
     }
@@ -120,4 +225,11 @@ impl<'a> Benchmark<'a> {
         counts.dedup();
         counts
     }
+}
+
+/// Returns the mean accuracy on the training samples in the last epoch, in percent; none of a baseline.
+fn training_score(comparison: &Comparison, name: &str) -> Option<f64> {
+    let (_, records) = comparison.networks.iter().find(|(known, _)| known == name)?;
+    let last: Vec<f64> = records.iter().filter_map(|r| Some(r.epochs.last()?.train_score)).collect();
+    (!last.is_empty()).then(|| last.iter().sum::<f64>() / last.len() as f64)
 }

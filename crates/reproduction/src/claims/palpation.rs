@@ -1,7 +1,8 @@
 //! Gandarias et al. 2019b and Pastor et al. 2019: sequences against single frames.
 
 use super::benchmark::{Benchmark, RunNetwork};
-use super::finding::{Finding, above, accuracy, against_all, effects, lacks, nearest};
+use super::contrast::{Contrast, strongest, weakest};
+use super::finding::{Finding, accuracy, against_all, effects, lacks};
 use taxel::judge::Predicted;
 use taxel::judge::Result;
 
@@ -29,7 +30,7 @@ pub(super) fn three_beats_two(run: &Benchmark, count: usize) -> Result<Finding> 
     if two.is_empty() {
         return Ok(lacks(format!("a 2D network trained on {count} samples per class")));
     }
-    Ok(against_all(0.0, effects(run, three, &two, (&accuracy, 0.95), accuracy_words)?))
+    Ok(against_all(0.0, effects(run, three, &two, &accuracy, two.len(), accuracy_words)?))
 }
 
 fn accuracy_words(pair: &str) -> String {
@@ -51,18 +52,16 @@ pub(super) fn margin_shrinks(run: &Benchmark) -> Result<Finding> {
         let right: Vec<f64> = all.iter().map(|predictions| predictions.accuracy(None)).collect();
         Some((right[0] - right[1]) - (right[2] - right[3]))
     };
-    let mut effects = vec![];
-    for c in two(run.with(few)) {
+    let mut contrasts = vec![];
+    let twos = two(run.with(few));
+    for c in &twos {
         let Some(d) = two(run.with(many)).into_iter().find(|d| d.results().zoo == c.results().zoo) else {
             continue;
         };
-        if let Some(effect) = run.comparison.effect(&[&a.name, &c.name, &b.name, &d.name], &margins, 0.95)? {
-            let zoo = &c.results().zoo;
-            effects
-                .push((format!("margin over {zoo}: with {few} less with {many} per class, points"), effect));
-        }
+        let text = format!("margin over {}: with {few} less with {many} per class, points", c.results().zoo);
+        contrasts.extend(run.contrast(text, &[&a.name, &c.name, &b.name, &d.name], &margins, twos.len())?);
     }
-    Ok(if effects.is_empty() { lacks(BOTH) } else { against_all(0.0, effects) })
+    Ok(if contrasts.is_empty() { lacks(BOTH) } else { against_all(0.0, contrasts) })
 }
 
 /// Returns the row of an `entry` that is trained on `few` samples per class where it is trained on `many`.
@@ -80,16 +79,18 @@ pub(super) fn few_beat_many(run: &Benchmark, few: &[usize], many: &[usize]) -> R
         .flat_map(|&few| many.iter().map(move |&many| (few, many)))
         .filter(|(few, many)| counts.contains(few) && counts.contains(many))
         .collect();
-    let confidence = 1.0 - 0.05 / pairs.len().max(1) as f64;
+    let wider = run.with_confidence(run.refuting(pairs.len()));
     let mut cases = vec![];
     for (few, many) in &pairs {
         let (Some(three), two) = (three(run.with(*few)), two(run.with(*many))) else { continue };
-        let effects = effects(run, three, &two, (&accuracy, confidence), accuracy_words)?;
-        cases.extend(effects.into_iter().min_by(nearest(0.0)));
+        let contrasts = effects(&wider, three, &two, &accuracy, two.len(), accuracy_words)?;
+        cases.extend(weakest(0.0, &contrasts).cloned());
     }
-    let best = cases.into_iter().max_by(nearest(0.0));
-    Ok(match best {
-        Some((text, effect)) => above(0.0, format!("{text}; best of {} cases", pairs.len()), effect),
+    Ok(match strongest(0.0, &cases) {
+        Some(best) => {
+            let effect = format!("{}; best of {} cases", best.effect, pairs.len());
+            against_all(0.0, vec![Contrast { effect, ..best.clone() }])
+        }
         None => lacks(format!("{BOTH} trained on few ({few:?}) and many ({many:?}) samples per class")),
     })
 }
@@ -116,7 +117,7 @@ pub(super) fn within_look_alikes(run: &Benchmark, count: usize) -> Result<Findin
     };
     let more = |both: &[Predicted]| Some(inside(both[0])? - inside(both[1])?);
     let words = |pair: &str| format!("errors inside look-alikes: {pair}, % of errors");
-    let effects = effects(run, network, &baselines, (&more, 0.95), words)?;
+    let effects = effects(run, network, &baselines, &more, baselines.len(), words)?;
     Ok(if effects.is_empty() { lacks("errors to look at") } else { against_all(0.0, effects) })
 }
 
@@ -147,5 +148,5 @@ pub(super) fn twins_told_apart(run: &Benchmark, suffix: &str) -> Result<Finding>
     };
     let more = |both: &[Predicted]| Some(told_apart(both[0])? - told_apart(both[1])?);
     let words = |pair: &str| format!("twins told apart: {pair}, % of their grasps");
-    Ok(against_all(0.0, effects(run, network, &baselines, (&more, 0.95), words)?))
+    Ok(against_all(0.0, effects(run, network, &baselines, &more, baselines.len(), words)?))
 }

@@ -109,7 +109,7 @@ pub(crate) const CLAIMS: &[Definition] = &[
         early_layers_change_most(run, "mobilenet-v2")
     }),
     claim("001", "section 7, Table 6", "Freezing layers 18 to 139 costs less than a point", |run, _| {
-        freezing_costs(run, "mobilenet-v2", "18:139", 1.0)
+        freezing_costs(run, "18:139", 1.0)
     }),
     claim("001", "section 7, Fig. 6", "The stitched network loses nothing against its parents", |run, _| {
         stitched(run)

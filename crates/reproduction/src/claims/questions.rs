@@ -3,6 +3,7 @@
 use taxel::learn::metrics::Confusion;
 
 use super::benchmark::{Benchmark, RunNetwork};
+use super::contrast::Contrast;
 use super::finding::{Finding, against_all, effects, lacks, not_worse};
 use taxel::judge::Result;
 use taxel::judge::statistics::{SpreadRatio, spread_ratio};
@@ -10,18 +11,13 @@ use taxel::judge::{Effect, Predicted};
 
 /// The score that is compared.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Measure {
+pub(crate) enum Measure {
     /// Over all attributes.
     Accuracy,
     /// Accuracy on one attribute.
     Attribute(&'static str),
     /// Precision of the worst level of an attribute.
     WorstPrecision(&'static str),
-}
-
-/// Returns the names that the run lacks.
-fn missing(run: &Benchmark, names: &[&str]) -> Vec<String> {
-    names.iter().filter(|name| run.find(name).is_none()).map(ToString::to_string).collect()
 }
 
 /// Tests that `one` is better than each of `others`.
@@ -37,7 +33,7 @@ pub(super) fn beats(run: &Benchmark, one: &str, others: &[&str], measure: Measur
         return Ok(lacks(format!("the attribute {name}")));
     }
     let at = at.flatten();
-    let absent = missing(run, &[&[one], others].concat());
+    let absent = run.absent(&[&[one], others].concat());
     let Some(entry) = run.find(one).filter(|_| absent.is_empty()) else {
         return Ok(lacks(absent.join(", ")));
     };
@@ -50,7 +46,13 @@ pub(super) fn beats(run: &Benchmark, one: &str, others: &[&str], measure: Measur
     let others: Vec<&RunNetwork> = others.iter().filter_map(|name| run.find(name)).collect();
     let of = attribute.map_or(String::new(), |name| format!(" of {name}"));
     let words = |pair: &str| format!("{what}{of}: {pair}, points");
-    Ok(against_all(0.0, effects(run, entry, &others, (&difference, 0.95), words)?))
+    let mut contrasts = vec![];
+    for other in &others {
+        let found = effects(run, entry, &[*other], &difference, others.len(), words)?;
+        let gap = run.printed.gap(measure, one, &other.results().zoo);
+        contrasts.extend(found.into_iter().map(|found| Contrast { margin: gap.or(found.margin), ..found }));
+    }
+    Ok(against_all(0.0, contrasts))
 }
 
 /// Returns the precision of the worst level that occurs, in %.
@@ -64,7 +66,7 @@ fn worst_precision(predictions: Predicted, attribute: usize, levels: usize) -> O
 
 /// Tests that the first of `ones` that the run has is less than `margin` points worse than each of `others`.
 pub(super) fn close(run: &Benchmark, ones: &[&str], others: &[&str], margin: f64) -> Result<Finding> {
-    let absent = missing(run, others);
+    let absent = run.absent(others);
     let Some(entry) = ones.iter().find_map(|name| run.find(name)) else {
         return Ok(lacks([&[ones[0].to_string()], absent.as_slice()].concat().join(", ")));
     };
@@ -79,11 +81,12 @@ pub(super) fn close(run: &Benchmark, ones: &[&str], others: &[&str], margin: f64
 pub(super) fn commonest_error(run: &Benchmark, zoo: &str, [from, to]: [&str; 2]) -> Result<Finding> {
     let classes = &run.judgement.results.task.output_names();
     let label = |name: &str| classes.iter().position(|known| known == name);
-    let Some(entry) = run.find(zoo) else { return Ok(lacks(zoo)) };
+    let Some(entry) = run.find(zoo) else { return Ok(lacks(run.absent(&[zoo]).join(", "))) };
     let (Some(first), Some(second)) = (label(from), label(to)) else {
         return Ok(lacks(format!("the classes {from} and {to}")));
     };
-    let mut effects = vec![];
+    let cells = classes.len() * (classes.len() - 1) - 1;
+    let mut contrasts = vec![];
     for (truth, name) in classes.iter().enumerate() {
         for (predicted, said) in classes.iter().enumerate() {
             if truth == predicted || (truth, predicted) == (first, second) {
@@ -92,13 +95,11 @@ pub(super) fn commonest_error(run: &Benchmark, zoo: &str, [from, to]: [&str; 2])
             let more = |predictions: &[Predicted]| {
                 Some(share(predictions[0], [first, second]) - share(predictions[0], [truth, predicted]))
             };
-            if let Some(effect) = run.comparison.effect(&[&entry.name], &more, 0.95)? {
-                let text = format!("{from} taken for {to} less {name} for {said}, % of all test samples");
-                effects.push((text, effect));
-            }
+            let text = format!("{from} taken for {to} less {name} for {said}, % of all test samples");
+            contrasts.extend(run.contrast(text, &[&entry.name], &more, cells)?);
         }
     }
-    Ok(against_all(0.0, effects))
+    Ok(against_all(0.0, contrasts))
 }
 
 /// Returns the share of samples of the first class that are taken for the second, in % of all.
@@ -111,39 +112,43 @@ fn share(predictions: Predicted, [from, to]: [usize; 2]) -> f64 {
     100.0 * count as f64 / all.max(1) as f64
 }
 
-/// Returns how much more `one` varies over the folds than `other`, in %.
-fn spread(run: &Benchmark, one: &str, other: &str) -> Result<Option<(String, Effect)>> {
+/// Compares how much more `one` varies over the folds than `other`, in %, as one of `count` contrasts.
+fn spread(run: &Benchmark, one: &str, other: &str, count: usize) -> Result<Option<Contrast>> {
     let (Some(entry), Some(baseline)) = (run.find(one), run.find(other)) else { return Ok(None) };
     let (a, b) = run.comparison.values(&entry.name, &baseline.name, |predictions| predictions.accuracy(None));
     if a.len() < 3 {
         return Ok(None);
     }
-    let text = format!("SD over folds: {} more than {}, %", entry.name, baseline.name);
-    let effect = |ratio: SpreadRatio| Effect {
-        size: 100.0 * (ratio.ratio - 1.0),
-        interval: Some(ratio.interval.map(|bound| 100.0 * (bound - 1.0))),
-        p: None,
+    let at = |confidence| spread_ratio(&a, &b, confidence).map(|found| found.map(of_ratio));
+    let (Some(measured), Some(refuting)) = (at(run.confidence)?, at(run.refuting(count))?) else {
+        return Ok(None);
     };
-    Ok(spread_ratio(&a, &b, 0.95)?.map(|ratio| (text, effect(ratio))))
+    let text = format!("SD over folds: {} more than {}, %", entry.name, baseline.name);
+    Ok(Some(Contrast { margin: None, ..Contrast::new(text, measured, refuting) }))
+}
+
+fn of_ratio(ratio: SpreadRatio) -> Effect {
+    let percent = |ratio: f64| 100.0 * (ratio - 1.0);
+    Effect { size: percent(ratio.ratio), interval: Some(ratio.interval.map(percent)), p: None, error: None }
 }
 
 /// Tests that `one` varies more over the folds than `other`.
 pub(super) fn larger_spread(run: &Benchmark, one: &str, other: &str) -> Result<Finding> {
-    let absent = missing(run, &[one, other]);
+    let absent = run.absent(&[one, other]);
     if !absent.is_empty() {
         return Ok(lacks(absent.join(", ")));
     }
-    let effect = spread(run, one, other)?;
-    Ok(effect.map_or_else(|| lacks("folds that differ"), |effect| against_all(0.0, vec![effect])))
+    let contrast = spread(run, one, other, 1)?;
+    Ok(contrast.map_or_else(|| lacks("folds that differ"), |contrast| against_all(0.0, vec![contrast])))
 }
 
 /// Tests that `one` varies less over the folds than each of `others`.
 pub(super) fn smallest_spread(run: &Benchmark, one: &str, others: &[&str]) -> Result<Finding> {
-    let absent = missing(run, &[&[one], others].concat());
+    let absent = run.absent(&[&[one], others].concat());
     if !absent.is_empty() {
         return Ok(lacks(absent.join(", ")));
     }
-    let effects = others.iter().map(|other| spread(run, other, one)).collect::<Result<Vec<_>>>()?;
-    let known: Vec<_> = effects.into_iter().flatten().collect();
+    let found = others.iter().map(|other| spread(run, other, one, others.len()));
+    let known: Vec<Contrast> = found.collect::<Result<Vec<_>>>()?.into_iter().flatten().collect();
     Ok(if known.len() < others.len() { lacks("folds that differ") } else { against_all(0.0, known) })
 }

@@ -1,7 +1,7 @@
 //! Claims tested on synthetic runs.
 
 use super::benchmark::{Benchmark, RunNetwork};
-use super::claim::Verdict;
+use super::claim::{Claim, Verdict};
 use super::finding::Finding;
 use super::palpation::{
     few_beat_many, margin_shrinks, three_beats_two, twins_told_apart, within_look_alikes,
@@ -12,6 +12,7 @@ use super::settle;
 use super::transfer::{
     early_layers_change_most, freezing_costs, resolution_matters, tuned_beats_frozen, tuned_close,
 };
+use crate::printed::Papers;
 use taxel::judge::Judged;
 use taxel_judge::synthetic::{Player, Setting, few_samples, player, random_splits, synthetic};
 
@@ -25,11 +26,51 @@ fn benchmark(setting: &Setting, players: Vec<Player>) -> Benchmark<'static> {
         frozen: vec![],
     };
     let entries = judgement.networks.iter().map(entry).collect();
-    Benchmark { name: "synthetic".into(), judgement, comparison, entries, look_alikes: vec![] }
+    Benchmark {
+        name: "synthetic".into(),
+        judgement,
+        comparison,
+        entries,
+        untrained: vec![],
+        look_alikes: vec![],
+        confidence: 0.95,
+        printed: &NOTHING_PRINTED,
+    }
+}
+
+static NOTHING_PRINTED: Papers = Papers { tables: vec![] };
+
+impl Finding {
+    fn claim(&self) -> Claim {
+        Claim {
+            paper: String::new(),
+            place: String::new(),
+            says: String::new(),
+            run: String::new(),
+            source: taxel::Source::simulated("fingertip"),
+            fresh: false,
+            least: self.least,
+            contrasts: self.contrasts.clone(),
+            lacks: self.lacks.clone(),
+        }
+    }
+
+    fn outcome(&self) -> Verdict {
+        self.claim().outcome()
+    }
+
+    fn size(&self) -> Option<f64> {
+        self.claim().weakest().map(|contrast| contrast.size)
+    }
+
+    fn interval(&self) -> Option<[f64; 2]> {
+        self.claim().weakest().and_then(|contrast| contrast.interval)
+    }
 }
 
 fn is(finding: &Finding, outcome: Verdict, part: &str) {
-    assert!(finding.outcome == outcome && finding.effect.contains(part), "{finding:?}");
+    let claim = finding.claim();
+    assert!(claim.outcome() == outcome && claim.effect().contains(part), "{}: {finding:?}", claim.effect());
 }
 
 const GOOD: &[usize] = &[5, 6, 5, 4, 5];
@@ -44,7 +85,7 @@ fn a_claim_holds_against_each_or_not_at_all() {
     );
     let finding = beats(&run, "good", &["fair"], Measure::Accuracy).unwrap();
     is(&finding, Verdict::Holds, "good less fair");
-    assert!((finding.size.unwrap() - 5.4).abs() < 1e-9 && finding.interval.unwrap()[0] > 0.0);
+    assert!((finding.size().unwrap() - 5.4).abs() < 1e-9 && finding.interval().unwrap()[0] > 0.0);
     is(&beats(&run, "fair", &["good"], Measure::Accuracy).unwrap(), Verdict::DoesNotHold, "fair less good");
     // Beating one of two is not being the best: the nearer one is shown.
     let best = beats(&run, "good", &["fair", "near"], Measure::Accuracy).unwrap();
@@ -73,14 +114,14 @@ fn a_claim_holds_against_each_or_not_at_all() {
     is(&test(FAIR), Verdict::CannotBeTested, "good less alike");
     let lacks = beats(&run, "good", &["fair", "gone", "lost"], Measure::Accuracy).unwrap();
     is(&lacks, Verdict::CannotBeTested, "the run lacks gone, lost");
-    assert_eq!((lacks.size, lacks.interval), (None, None));
+    assert_eq!((lacks.size(), lacks.interval()), (None, None));
 }
 
 #[test]
 fn a_cost_below_a_margin_is_told_from_one_above() {
     let run = benchmark(&Setting::default(), vec![player("good", 1.0, GOOD), player("near", 1.0, NEAR)]);
     let at = |margin| close(&run, &["gone", "near"], &["good"], margin).unwrap();
-    let [low, high] = at(1.0).interval.unwrap();
+    let [low, high] = at(1.0).interval().unwrap();
     assert!(low < 0.0 && high > 0.0);
     is(&at(-low + 0.01), Verdict::Holds, "near less good");
     is(&at(-low - 0.01), Verdict::TooFewData, "near less good");
@@ -107,7 +148,7 @@ fn the_commonest_error_is_that_of_the_counts() {
     };
     let finding = test(|label| if label == 2 { 1 } else { label });
     is(&finding, Verdict::Holds, "shore-20 taken for shore-10 less");
-    assert!((finding.size.unwrap() - 11.0).abs() < 1e-9, "{finding:?}");
+    assert!((finding.size().unwrap() - 11.0).abs() < 1e-9, "{finding:?}");
     // The other way round, and both ways.
     is(&test(|label| if label == 1 { 2 } else { label }), Verdict::DoesNotHold, "less shore-10 for shore-20");
     is(&test(|label| [0, 2, 1][label as usize]), Verdict::DoesNotHold, "less shore-10 for shore-20");
@@ -152,7 +193,10 @@ fn tuned_and_frozen_are_told_apart() {
     for at in 2..5 {
         run.entries[at].checkpoint = true;
     }
-    run.entries[3].frozen = vec!["18:139".into()];
+    // Runs record the names of the layers, in an order of their own.
+    let graph = taxel::zoo::find("mobilenet-v2").unwrap().graph(&taxel::Settings::new()).unwrap();
+    run.entries[3].frozen = taxel::zoo::matlab::range(&graph, "18:139").unwrap();
+    run.entries[3].frozen.reverse();
     is(&tuned_beats_frozen(&run).unwrap(), Verdict::Holds, "mobilenet-v2: tuned less frozen");
     // Whatever a network's parts are called: none of its convolutions has changed.
     let layer = |change| taxel::learn::Change { layer: "conv".into(), change };
@@ -163,22 +207,76 @@ fn tuned_and_frozen_are_told_apart() {
     run.entries[2].judged.results.changes = vec![layer(0.0), layer(0.1)];
     is(&tuned_beats_frozen(&run).unwrap(), Verdict::CannotBeTested, "both tuned and frozen");
     is(&tuned_close(&run, "mobilenet-v2", "resnet50", 3.0).unwrap(), Verdict::Holds, "tuned less resnet50");
-    let finding = freezing_costs(&run, "mobilenet-v2", "18:139", 3.0).unwrap();
+    let finding = freezing_costs(&run, "18:139", 3.0).unwrap();
     is(&finding, Verdict::Holds, "middle less tuned");
-    is(&freezing_costs(&run, "mobilenet-v2", "18:139", 0.1).unwrap(), Verdict::TooFewData, "above -0.1");
-    let lacks = freezing_costs(&run, "mobilenet-v2", "1:150", 3.0).unwrap();
+    is(&freezing_costs(&run, "18:139", 0.1).unwrap(), Verdict::TooFewData, "above -0.1");
+    let lacks = freezing_costs(&run, "1:150", 3.0).unwrap();
     is(&lacks, Verdict::CannotBeTested, "1:150 frozen");
-    // Weight changes that fall with depth, rise with it, and do neither.
+    // Weight changes that fall with depth, rise with it, and do neither, a little otherwise in each training.
     let mut test = |change: fn(usize) -> f64| {
         let layer = |at: usize| taxel::learn::Change { layer: at.to_string(), change: change(at) };
         run.entries[1].judged.results.changes = (0..20).map(layer).collect();
+        for (part, record) in run.comparison.networks[1].1.iter_mut().enumerate() {
+            record.changes = (0..20).map(layer).collect();
+            record.changes.swap(part, part + 3);
+        }
         early_layers_change_most(&run, "mobilenet-v2").unwrap()
     };
-    is(&test(|at| 1.0 / (at + 1) as f64), Verdict::Holds, "20 layers of tuned");
-    is(&test(|at| at as f64), Verdict::DoesNotHold, "20 layers");
-    is(&test(|at| (at * 7 % 20) as f64), Verdict::TooFewData, "20 layers");
-    let equal = test(|_| 1.0);
-    assert_eq!(equal.size.map(f64::abs), Some(0.0), "{equal:?}");
+    is(&test(|at| 1.0 / (at + 1) as f64), Verdict::Holds, "5 trainings of tuned");
+    is(&test(|at| at as f64), Verdict::DoesNotHold, "5 trainings");
+    is(&test(|at| f64::from(at == 19)), Verdict::DoesNotHold, "5 trainings");
+    // One training is one case, however many layers it has.
+    run.comparison.networks[1].1.truncate(1);
+    let one = early_layers_change_most(&run, "mobilenet-v2").unwrap();
+    is(&one, Verdict::CannotBeTested, "a second training of mobilenet-v2");
+}
+
+/// Makes a run on so many fresh worlds, of networks that are wrong on so many of 100 test samples of each.
+fn fresh(worlds: usize, planned: usize, players: Vec<Player>) -> Benchmark<'static> {
+    let protocol = taxel::learn::Protocol::Fresh { train: 400, test: 100, repetitions: planned };
+    benchmark(&Setting { protocol, parts: worlds, ..Setting::default() }, players)
+}
+
+#[test]
+fn a_run_on_fresh_worlds_is_looked_at_three_times() {
+    const WRONG: &[usize] = &[5, 9, 5, 6, 8, 7, 5, 8, 6, 5, 9, 7, 5, 6, 8, 5, 7, 9, 6, 5];
+    const FAR: &[usize] = &[44, 41, 40, 43, 41, 42, 40, 41, 43, 44, 40, 41, 42, 40, 43, 44, 41, 40, 42, 43];
+    const SAME: &[usize] = &[6, 8, 6, 5, 9, 6, 6, 7, 7, 5, 8, 8, 5, 5, 9, 5, 8, 8, 6, 5];
+    let of = |worlds, other| {
+        let names = vec![player("vgg6-lite-1d", 1.0, WRONG), player("vgg6-lite-2d", 1.0, other)];
+        let claims = settle(vec![fresh(worlds, 20, names)]).unwrap();
+        claims.into_iter().find(|claim| claim.says == CLAIMS[0].says).unwrap()
+    };
+    let width = |claim: &Claim| claim.weakest().unwrap().interval.map(|[low, high]| high - low).unwrap();
+    assert_eq!(of(4, FAR).effect(), "the run lacks a quarter of its worlds");
+    // A large difference is clear after five worlds, at the price of a very wide interval.
+    let (early, late) = (of(5, FAR), of(20, FAR));
+    assert_eq!((early.outcome(), late.outcome(), early.fresh), (Verdict::Holds, Verdict::Holds, true));
+    assert_eq!(early.contrasts, late.contrasts, "the first look that decides stands");
+    assert!(width(&early) > 10.0, "{early:?}");
+    // None is one after twenty.
+    let none = of(20, SAME);
+    assert_eq!(none.outcome(), Verdict::NoDifference, "{none:?}");
+    assert!(none.effect().ends_with("points; within ± 1.00"), "{}", none.effect());
+    assert_eq!(of(5, SAME).outcome(), Verdict::TooFewData);
+}
+
+#[test]
+fn one_of_several_contrasts_refutes_at_a_higher_price() {
+    const ONE: &[usize] = &[12, 10, 11, 9, 12];
+    const OTHER: &[usize] = &[7, 8, 7, 8, 7];
+    let run = benchmark(
+        &Setting::default(),
+        vec![player("one", 1.0, ONE), player("other", 1.0, OTHER), player("third", 1.0, ONE)],
+    );
+    let alone = beats(&run, "one", &["other"], Measure::Accuracy).unwrap();
+    let both = beats(&run, "one", &["other", "third"], Measure::Accuracy).unwrap();
+    let widths = |finding: &Finding| {
+        let contrast = finding.claim().weakest().cloned().unwrap();
+        [contrast.interval, contrast.refuting].map(|ends| ends.map(|[low, high]| high - low).unwrap())
+    };
+    let ([narrow, same], [interval, refuting]) = (widths(&alone), widths(&both));
+    assert!(narrow == same && interval == narrow && refuting > 1.1 * interval);
 }
 
 #[test]
@@ -195,9 +293,9 @@ fn resolution_needs_two_runs_of_one_scene() {
     let test = |run, others: &[&Benchmark]| resolution_matters(run, others, [16, 128], 10.0).unwrap();
     let finding = test(&fine, &[&coarse]);
     is(&finding, Verdict::Holds, "128 less 16 elements");
-    let [low, high] = finding.interval.unwrap();
+    let [low, high] = finding.interval().unwrap();
     assert!(
-        (finding.size.unwrap() - 45.0).abs() < 1e-9
+        (finding.size().unwrap() - 45.0).abs() < 1e-9
             && (low - 40.757).abs() < 1e-3
             && (high - 49.243).abs() < 1e-3
     );
@@ -239,14 +337,14 @@ fn a_learning_curve_answers_for_few_grasps() {
     is(&three_beats_two(&run, 2).unwrap(), Verdict::CannotBeTested, "trained on 2 samples");
     let margin = margin_shrinks(&run).unwrap();
     is(&margin, Verdict::Holds, "with 1 less with 10");
-    assert!((margin.size.unwrap() - (34.2 - 15.4)).abs() < 1e-9, "{margin:?}");
+    assert!((margin.size().unwrap() - (34.2 - 15.4)).abs() < 1e-9, "{margin:?}");
     let few = few_beat_many(&run, &[1, 2], &[5, 10]).unwrap();
     is(&few, Verdict::Holds, "tactnet3d-51.n1 less tactnet6.n10, points; best of 1 cases");
     // The better of two cases, its interval wider for the choice between them.
     let both = few_beat_many(&run, &[1, 10], &[10]).unwrap();
     is(&both, Verdict::Holds, "tactnet3d-51.n10 less tactnet6.n10, points; best of 2 cases");
-    let [low, high] = both.interval.unwrap();
-    let [alone_low, alone_high] = few_beat_many(&run, &[10], &[10]).unwrap().interval.unwrap();
+    let [low, high] = both.interval().unwrap();
+    let [alone_low, alone_high] = few_beat_many(&run, &[10], &[10]).unwrap().interval().unwrap();
     assert!(low < alone_low - 0.1 && high > alone_high + 0.1, "{low} {alone_low}");
     let other = curve(&[
         ("tactnet3d-51.n1", "tactnet3d-51", 1, FEW_2D),
@@ -265,7 +363,7 @@ fn a_learning_curve_answers_for_few_grasps() {
         ("tactnet3d-51-pool.n10", "tactnet3d-51", 10, GOOD),
         ("tactnet6.n10", "tactnet6", 10, MANY_2D),
     ]);
-    assert_eq!(margin_shrinks(&unfinished).unwrap().size, margin.size);
+    assert_eq!(margin_shrinks(&unfinished).unwrap().size(), margin.size());
     let plain = benchmark(&Setting::default(), vec![player("tactnet3d", 1.0, GOOD)]);
     is(&margin_shrinks(&plain).unwrap(), Verdict::CannotBeTested, "a learning curve");
 }
@@ -289,7 +387,7 @@ fn where_mistakes_go_is_counted() {
     let other = |label| (label + 2) % 4;
     let inside = within_look_alikes(&run(twin, other), 2).unwrap();
     // Without spread there is no interval: 100 less 0 in every fold.
-    assert_eq!((inside.outcome, inside.size), (Verdict::CannotBeTested, Some(100.0)), "{inside:?}");
+    assert_eq!((inside.outcome(), inside.size()), (Verdict::CannotBeTested, Some(100.0)), "{inside:?}");
     let mixed = |label| if label < 2 { label ^ 1 } else { (label + 2) % 4 };
     is(&within_look_alikes(&run(twin, mixed), 2).unwrap(), Verdict::Holds, "% of errors");
     is(&within_look_alikes(&run(mixed, twin), 2).unwrap(), Verdict::DoesNotHold, "% of errors");
@@ -329,12 +427,12 @@ fn attributes_and_their_worst_levels_have_their_own_claims() {
     let test = |measure| beats(&run, "own", &["level"], measure).unwrap();
     let elasticity = test(Measure::Attribute("elasticity"));
     is(&elasticity, Verdict::Holds, "accuracy of elasticity: own less level");
-    assert_eq!(elasticity.size, Some(12.5));
+    assert_eq!(elasticity.size(), Some(12.5));
     is(&test(Measure::Attribute("hardness")), Verdict::DoesNotHold, "accuracy of hardness");
     // Level 4 is said 50 + 25 times and is right 50 times: precision 2/3 against 1.
     let worst = test(Measure::WorstPrecision("elasticity"));
     is(&worst, Verdict::Holds, "precision of the worst level of elasticity");
-    assert!((worst.size.unwrap() - 100.0 / 3.0).abs() < 1e-9, "{worst:?}");
+    assert!((worst.size().unwrap() - 100.0 / 3.0).abs() < 1e-9, "{worst:?}");
     is(&test(Measure::Attribute("stiffness")), Verdict::CannotBeTested, "the attribute stiffness");
     // One session: nothing tells how much it varies, and the finding says so.
     let one = benchmark(
@@ -343,7 +441,7 @@ fn attributes_and_their_worst_levels_have_their_own_claims() {
     );
     let none = beats(&one, "a", &["b"], Measure::Attribute("hardness")).unwrap();
     is(&none, Verdict::CannotBeTested, "lacks test parts or groups");
-    assert!(none.size.is_some());
+    assert!(none.size().is_some());
 }
 
 #[test]
@@ -366,12 +464,12 @@ fn runs_on_the_same_samples_are_one() {
     let claims = settle(all).unwrap();
     assert_eq!(claims.len(), 2 * CLAIMS.len());
     assert_eq!((claims[0].says.as_str(), claims[0].run.as_str()), (first.says, "a + b"));
-    assert_eq!(claims[0].outcome, Verdict::Holds);
-    assert_eq!(claims[1].outcome, Verdict::CannotBeTested);
+    assert_eq!(claims[0].outcome(), Verdict::Holds);
+    assert_eq!(claims[1].outcome(), Verdict::CannotBeTested);
     for claim in &claims {
-        let lacks = claim.effect.contains("lacks");
-        assert_eq!(claim.outcome == Verdict::CannotBeTested, lacks, "{claim:?}");
-        assert!(claim.size.is_none_or(f64::is_finite), "{claim:?}");
+        let lacks = claim.effect().contains("lacks");
+        assert_eq!(claim.outcome() == Verdict::CannotBeTested, lacks, "{claim:?}");
+        assert!(claim.contrasts.iter().all(|contrast| contrast.size.is_finite()), "{claim:?}");
     }
 }
 

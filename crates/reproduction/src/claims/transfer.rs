@@ -1,11 +1,14 @@
 //! Rouhafzay et al. 2021: what tuning changes and freezing costs.
 
 use super::benchmark::{Benchmark, RunNetwork};
-use super::finding::{Finding, above, accuracy, against_all, effects, lacks, not_worse};
+use super::contrast::Contrast;
+use super::finding::{Finding, accuracy, against_all, effects, lacks, not_worse};
 use taxel::judge::Effect;
 use taxel::judge::Result;
-use taxel::judge::statistics::{independent, ranks};
-use taxel::learn::metrics::mean_sd;
+use taxel::judge::statistics::{corrected_t, independent, ranks};
+use taxel::learn::FoldRecord;
+use taxel::learn::metrics::{mean_sd, t_quantile};
+use taxel::zoo::{Settings, find, matlab};
 
 /// Tests that `one`, tuned from a checkpoint, is less than `margin` points worse than `other`.
 pub(super) fn tuned_close(run: &Benchmark, one: &str, other: &str, margin: f64) -> Result<Finding> {
@@ -23,14 +26,15 @@ pub(super) fn tuned_beats_frozen(run: &Benchmark) -> Result<Finding> {
         !changes.is_empty() && changes.iter().all(|layer| layer.change == 0.0)
     };
     let named = |e: &RunNetwork| e.frozen.iter().any(|part| part == "features");
-    let frozen = run.full().filter(|e| e.checkpoint && !e.frozen.is_empty() && (named(e) || is_unchanged(e)));
-    let mut found = vec![];
+    let is_frozen = |e: &&RunNetwork| e.checkpoint && !e.frozen.is_empty() && (named(e) || is_unchanged(e));
+    let frozen: Vec<&RunNetwork> = run.full().filter(is_frozen).collect();
+    let (count, mut found) = (frozen.len(), vec![]);
     for one in frozen {
         let tuned =
             |e: &&RunNetwork| e.checkpoint && e.frozen.is_empty() && e.results().zoo == one.results().zoo;
         let Some(tuned) = run.full().find(tuned) else { continue };
         let words = |pair: &str| format!("accuracy of {}: {pair}, points", one.results().zoo);
-        found.extend(effects(run, tuned, &[one], (&accuracy, 0.95), words)?);
+        found.extend(effects(run, tuned, &[one], &accuracy, count, words)?);
     }
     if found.is_empty() {
         Ok(lacks("a network from a checkpoint both tuned and frozen up to its classifier"))
@@ -39,9 +43,19 @@ pub(super) fn tuned_beats_frozen(run: &Benchmark) -> Result<Finding> {
     }
 }
 
-/// Tests that freezing `range` costs less than `margin` points against tuning everything.
-pub(super) fn freezing_costs(run: &Benchmark, zoo: &str, range: &str, margin: f64) -> Result<Finding> {
-    let is_frozen = |e: &&RunNetwork| e.results().zoo == zoo && e.checkpoint && e.frozen == [range];
+/// Tests that freezing MobileNetV2's layers `range`, by MATLAB's numbers, costs less than `margin` points against tuning
+/// everything. Runs record the names that the range stands for.
+pub(super) fn freezing_costs(run: &Benchmark, range: &str, margin: f64) -> Result<Finding> {
+    let zoo = "mobilenet-v2";
+    let names = match layers(zoo, range) {
+        Ok(names) => names,
+        Err(reason) => return Ok(lacks(reason)),
+    };
+    let is_frozen = |e: &&RunNetwork| {
+        let mut frozen = e.frozen.clone();
+        frozen.sort_unstable();
+        e.results().zoo == zoo && e.checkpoint && frozen == names
+    };
     let (frozen, tuned) = (run.full().find(is_frozen), run.tuned(zoo));
     match (frozen, tuned) {
         (Some(frozen), Some(tuned)) => not_worse(run, frozen, &[tuned], margin),
@@ -49,27 +63,46 @@ pub(super) fn freezing_costs(run: &Benchmark, zoo: &str, range: &str, margin: f6
     }
 }
 
-/// Tests that the deeper a convolution, the less tuning changes it: rank correlation with Fisher's interval.
+/// Returns the names of the nodes in a range of layers, sorted.
+fn layers(zoo: &str, range: &str) -> std::result::Result<Vec<String>, String> {
+    let graph = find(zoo).and_then(|entry| entry.graph(&Settings::new())).map_err(|e| e.to_string())?;
+    let mut names = matlab::range(&graph, range).map_err(|e| e.to_string())?;
+    names.sort_unstable();
+    Ok(names)
+}
+
+/// Tests that the deeper a convolution, the less tuning changes it: the mean rank correlation over trainings. Layers of one
+/// network are no sample of anything, so one training says nothing.
 pub(super) fn early_layers_change_most(run: &Benchmark, zoo: &str) -> Result<Finding> {
-    let tuned = run
-        .full()
-        .find(|e| e.results().zoo == zoo && e.frozen.is_empty() && e.judged.results.changes.len() > 3);
-    let Some(tuned) = tuned else {
+    let is_tuned =
+        |e: &&RunNetwork| e.results().zoo == zoo && e.frozen.is_empty() && e.judged.results.changes.len() > 3;
+    let Some(tuned) = run.full().find(is_tuned) else {
         return Ok(lacks(format!("{zoo} tuned from a checkpoint")));
     };
-    let changes: Vec<f64> = tuned.judged.results.changes.iter().map(|layer| layer.change).collect();
-    let depth: Vec<f64> = (0..changes.len()).map(|at| at as f64).collect();
-    let r = -correlation(&ranks(&depth).0, &ranks(&changes).0);
-    let half = 1.96 / (changes.len() as f64 - 3.0).sqrt();
-    // Perfect order has no variance: Fisher's transform of 1 is infinite.
-    let z = r.clamp(-0.999_999, 0.999_999).atanh();
-    let effect = Effect { size: r, interval: Some([(z - half).tanh(), (z + half).tanh()]), p: None };
+    let records = run.comparison.networks.iter().find(|(name, _)| *name == tuned.name);
+    let records = records.map_or(&[][..], |(_, records)| records);
+    let found: Vec<f64> = records.iter().filter(|r| r.changes.len() > 3).map(earliness).collect();
+    if found.len() < 2 {
+        return Ok(lacks(format!("a second training of {zoo}: layers of one network are no sample")));
+    }
+    let ratio = |r: &FoldRecord| r.index.len() as f64 / r.train_samples.max(1) as f64;
+    let overlap =
+        if run.is_fresh() { 0.0 } else { records.iter().map(ratio).sum::<f64>() / records.len() as f64 };
+    let test = corrected_t(&found, overlap, run.confidence)?;
+    let effect = Effect { size: test.mean, interval: test.interval, p: Some(test.p), error: None };
     let text = format!(
-        "rank correlation of earliness and weight change, {} layers of {}",
-        changes.len(),
+        "rank correlation of earliness and weight change, {} trainings of {}",
+        found.len(),
         tuned.name
     );
-    Ok(above(0.0, text, effect))
+    Ok(against_all(0.0, vec![Contrast { margin: None, ..Contrast::new(text, effect, effect) }]))
+}
+
+/// Returns the rank correlation of how early a convolution comes and how much the training changed it.
+fn earliness(record: &FoldRecord) -> f64 {
+    let changes: Vec<f64> = record.changes.iter().map(|layer| layer.change).collect();
+    let depth: Vec<f64> = (0..changes.len()).map(|at| at as f64).collect();
+    -correlation(&ranks(&depth).0, &ranks(&changes).0)
 }
 
 /// Returns the rank correlation; 0 where either does not vary.
@@ -105,7 +138,8 @@ pub(super) fn resolution_matters(
             "{many} × {many} elements, or a second run of its scene with {few} × {few} beside it"
         )));
     };
-    let mut effects = vec![];
+    let mut contrasts = vec![];
+    let count = run.full().filter(|e| !e.judged.baseline).count();
     for fine in run.full().filter(|e| !e.judged.baseline) {
         let twin = coarse.full().find(|e| e.name == fine.name && e.results().zoo == fine.results().zoo);
         let known = |e: &RunNetwork| Some((e.results().primary()?, e.results().interval?));
@@ -113,15 +147,21 @@ pub(super) fn resolution_matters(
         // A mean over folds may lie a little outside an interval over samples.
         let wide = |(size, [low, high]): (f64, [f64; 2])| (size, [low.min(size), high.max(size)]);
         let (size, interval) = independent(wide(a), wide(b))?;
-        let text = format!(
-            "accuracy of {}: {many} less {few} elements a side, points; holds above {least}",
-            fine.name
-        );
-        effects.push((text, Effect { size, interval: Some(interval), p: None }));
+        let text = format!("accuracy of {}: {many} less {few} elements a side, points", fine.name);
+        let at = |interval| Effect { size, interval: Some(interval), p: None, error: None };
+        // Intervals of runs are at 95 %; the normal distribution says how much wider one of several contrasts is.
+        let wider = normal(run.refuting(count)) / normal(0.95);
+        let refuting = interval.map(|end| size + wider * (end - size));
+        contrasts.push(Contrast::new(text, at(interval), at(refuting)));
     }
-    if effects.is_empty() {
+    if contrasts.is_empty() {
         Ok(lacks("a network that the run with fewer elements has too"))
     } else {
-        Ok(against_all(least, effects))
+        Ok(against_all(least, contrasts))
     }
+}
+
+/// Returns how many standard errors an interval of this confidence reaches to either side.
+fn normal(confidence: f64) -> f64 {
+    t_quantile(f64::INFINITY, (1.0 + confidence) / 2.0)
 }

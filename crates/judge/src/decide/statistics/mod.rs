@@ -2,7 +2,8 @@
 //!
 //! Over folds the [`corrected_t`] test, over samples [`mcnemar`] or, where they are grouped, [`grouped_pairs`], any other
 //! statistic by a [`cluster_bootstrap`], several comparisons together corrected by [`holm`]; over several data sets [`friedman`] with
-//! [`nemenyi`]'s critical difference, and [`wilcoxon`] for pairs. No function returns NaN: what cannot be
+//! [`nemenyi`]'s critical difference, [`wilcoxon`] for pairs, and [`random_effects`] for one effect. [`looks`] at a run that goes on
+//! share the errors among them, [`false_discovery`] counts them over a page. No function returns NaN: what cannot be
 //! computed is an error, or has the value that its documentation says.
 //!
 //! ```
@@ -19,6 +20,7 @@
 mod bootstrap;
 mod check;
 mod pairs;
+mod pooling;
 mod ranks;
 
 pub use crate::values::Friedman;
@@ -26,5 +28,6 @@ pub use bootstrap::cluster_bootstrap;
 pub use pairs::{
     PairedTest, SpreadRatio, corrected_t, grouped_pairs, holm, independent, mcnemar, spread_ratio,
 };
+pub use pooling::{Look, PooledEffect, false_discovery, looks, random_effects};
 pub(crate) use ranks::signed_rank;
 pub use ranks::{friedman, nemenyi, ranks, wilcoxon};
