@@ -1,4 +1,4 @@
-//! Extremely randomised trees for values, on features of a series.
+//! Extremely randomised trees for values and classes, on features of a series.
 //!
 //! # Reference
 //! Geurts, Ernst & Wehenkel, Machine Learning 2006; scikit-learn's `ExtraTreesRegressor`: every tree sees all samples; a
@@ -8,7 +8,8 @@
 //! # Departures
 //! Several outputs are brought to unit variance before their errors are added, so that units do not decide the splits.
 //! Splits that are equally good go by a turn of the features' order instead of a permutation. Thresholds are floats of 32
-//! bits, as the features are.
+//! bits, as the features are. Classes are learned as their shares, so a node takes the split of the least Gini impurity; of
+//! more than two, rare classes count more.
 //!
 //! # Why not a crate
 //! smartcore's trees have one output, and what is fitted is private: it leaves only by serde, and one prediction takes a
@@ -82,6 +83,28 @@ impl ExtraTrees {
             values.extend(unscaled.map(|(value, (mean, sd))| (mean + value * sd) as f32));
         }
         Ok(ExtraTrees { shape: train.shape(), outputs, roots, nodes, values })
+    }
+
+    /// Fits trees to classes `y`, each below `classes`: the values of a leaf are the shares of the classes in it.
+    ///
+    /// # Errors
+    /// As [`ExtraTrees::fit`].
+    pub(crate) fn fit_classes(
+        train: &Series,
+        y: &[u32],
+        classes: usize,
+        sizes: [usize; 2],
+        key: (u64, &str),
+    ) -> Result<Self> {
+        let is_of = |label: &u32| {
+            let label = *label as usize;
+            (0..classes).map(move |class| f32::from(u8::from(class == label)))
+        };
+        let shares: Vec<f32> = y.iter().flat_map(is_of).collect();
+        let mut trees = Self::fit(train, &shares, classes, sizes, key)?;
+        // Scaled back, a share of 0 may lie below it.
+        trees.values.iter_mut().for_each(|share| *share = share.clamp(0.0, 1.0));
+        Ok(trees)
     }
 
     pub(crate) fn shape(&self) -> [usize; 2] {

@@ -1,8 +1,8 @@
 //! Methods that have seen their training part.
 
 use crate::{
-    ALPHAS, Error, FittedValues, Method, MiniRocket, Nearest, Result, Ridge, RocketMemory, Saved, Series,
-    Svm, SvmKernel,
+    ALPHAS, Error, ExtraTrees, FittedValues, Method, MiniRocket, Nearest, Result, Ridge, RocketMemory, Saved,
+    Series, Svm, SvmKernel,
 };
 use crate::{nearest, softmax, svm, values};
 
@@ -17,7 +17,7 @@ pub enum Fitted {
     MiniRocket(Box<MiniRocket>, Ridge),
     /// Support vectors.
     Svm(Svm),
-    /// A method that learned values.
+    /// A method that learned values, or trees that learned the shares of classes.
     Values(FittedValues),
 }
 
@@ -65,7 +65,13 @@ impl Method {
             }
             Method::SvmLinear { c } => Fitted::Svm(Svm::fit(train, y, classes, SvmKernel::Linear, c)?),
             Method::SvmRbf { c } => Fitted::Svm(Svm::fit(train, y, classes, SvmKernel::Rbf, c)?),
-            Method::Mean | Method::Ridge | Method::ExtraTrees { .. } => return Err(self.refuse_classes()),
+            Method::ExtraTrees { trees, min_samples_leaf } => {
+                let (sizes, key) = ([trees, min_samples_leaf], (seed, purpose));
+                Fitted::Values(FittedValues::ExtraTrees(ExtraTrees::fit_classes(
+                    train, y, classes, sizes, key,
+                )?))
+            }
+            Method::Mean | Method::Ridge => return Err(self.refuse_classes()),
         })
     }
 
@@ -100,12 +106,13 @@ impl Fitted {
             }
             Method::SvmLinear { .. } => Fitted::Svm(Svm::read(SvmKernel::Linear, shape, classes, saved)?),
             Method::SvmRbf { .. } => Fitted::Svm(Svm::read(SvmKernel::Rbf, shape, classes, saved)?),
-            Method::Mean | Method::Ridge | Method::ExtraTrees { .. } => return Err(method.refuse_classes()),
+            Method::ExtraTrees { .. } => return Self::read_values(method, shape, classes, saved),
+            Method::Mean | Method::Ridge => return Err(method.refuse_classes()),
         })
     }
 
-    /// Computes scores `[n, classes]` from 0 to 1, row-major, each row adding up to 1. They order the classes; only the
-    /// majority's are probabilities. Of a method that learned values these, `[n, outputs]`, in the units of the targets.
+    /// Computes scores `[n, classes]` from 0 to 1, row-major, each row adding up to 1. They order the classes; only those
+    /// of the majority and of trees are probabilities. Of a method that learned values these, `[n, outputs]`, in the units of the targets.
     ///
     /// # Errors
     /// Series of another shape than those it was fitted to.

@@ -28,7 +28,7 @@ pub enum Method {
     },
     /// [`Ridge`](crate::Ridge) regression on the readings of the series, for targets that are values.
     Ridge,
-    /// [`ExtraTrees`](crate::ExtraTrees), for targets that are values.
+    /// [`ExtraTrees`](crate::ExtraTrees); of classes each tree gives the shares in its leaf.
     ExtraTrees {
         /// Trees. Default 100.
         #[serde(default = "trees")]
@@ -141,6 +141,6 @@ impl Method {
 
     /// Checks whether it learns classes. Some methods learn both.
     pub fn learns_classes(&self) -> bool {
-        !matches!(self, Method::Mean | Method::Ridge | Method::ExtraTrees { .. })
+        !matches!(self, Method::Mean | Method::Ridge)
     }
 }

@@ -151,7 +151,11 @@ fn one_recording_gets_the_scores_of_many_bit_for_bit() {
     let y: Vec<u32> = (0..70).map(|i| i % classes).collect();
     let train = Series::new(&train, channels, length).unwrap();
     let test = Series::new(&test, channels, length).unwrap();
-    let several = [Method::NearestNeighbours { k: 5 }, Method::NearestNeighbours { k: 70 }];
+    let several = [
+        Method::NearestNeighbours { k: 5 },
+        Method::NearestNeighbours { k: 70 },
+        Method::ExtraTrees { trees: 7, min_samples_leaf: 3 },
+    ];
     for method in Method::all().into_iter().chain(several) {
         let fitted = method.fit(&train, &y, classes as usize, 0, "one").unwrap();
         let all = fitted.scores(&test).unwrap();

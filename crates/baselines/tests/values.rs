@@ -104,6 +104,44 @@ fn trees_predict_as_well_as_those_of_scikit_learn() {
     assert!((sum - mean).abs() <= 2.0 * sd, "{sum}, and {mean} ± {sd}");
 }
 
+/// Returns the share of pairs of one sample of each class that scores bring in the right order.
+fn auroc(is_high: &[bool], scores: &[f32]) -> f64 {
+    let of = |class: bool| {
+        scores.iter().zip(is_high).filter(move |(_, is)| **is == class).map(|(score, _)| *score)
+    };
+    let order =
+        |high: f32, low: f32| f64::from(u8::from(high > low)) + 0.5 * f64::from(u8::from(high == low));
+    let right: f64 = of(true).map(|high| of(false).map(|low| order(high, low)).sum::<f64>()).sum();
+    right / (of(true).count() * of(false).count()) as f64
+}
+
+#[test]
+fn trees_tell_classes_as_well_as_those_of_scikit_learn() {
+    let case = &fixture()["friedman"];
+    let (x, y) = (singles(&case["x"]), singles(&case["y"]));
+    let (width, n) = (case["width"].as_u64().unwrap() as usize, case["train"].as_u64().unwrap() as usize);
+    let train = Series::new(&x[..n * width], width, 1).unwrap();
+    let test = Series::new(&x[n * width..], width, 1).unwrap();
+    let is_high: Vec<bool> = y.iter().map(|y| *y > case["high_above"].as_f64().unwrap() as f32).collect();
+    let labels: Vec<u32> = is_high.iter().map(|is| u32::from(*is)).collect();
+    let theirs = floats(&case["auroc"]);
+    let mean = theirs.iter().sum::<f64>() / theirs.len() as f64;
+    let method = Method::ExtraTrees { trees: 100, min_samples_leaf: 2 };
+    let mut sum = 0.0;
+    for seed in 0..10 {
+        let trees = method.fit(&train, &labels[..n], 2, seed, "friedman").unwrap();
+        let scores = trees.scores(&test).unwrap();
+        assert!(
+            scores.chunks_exact(2).all(|row| row.iter().all(|share| (0.0..=1.0).contains(share))
+                && (row[0] + row[1] - 1.0).abs() < 1e-5)
+        );
+        let second: Vec<f32> = scores.chunks_exact(2).map(|row| row[1]).collect();
+        sum += auroc(&is_high[n..], &second) / 10.0;
+    }
+    println!("AUROC of ours {sum:.4}, of scikit-learn's {mean:.4}");
+    assert!((sum - mean).abs() <= 0.005, "{sum}, and {mean}");
+}
+
 /// A second output that is the same but for its unit changes no split.
 #[test]
 fn units_do_not_decide_the_splits() {

@@ -134,8 +134,9 @@ impl Baseline {
             }
         };
         let name = table.get("name").and_then(Value::as_str).unwrap_or_default();
-        let of_values = Method::of_values().into_iter().filter(|method| !method.learns_classes());
-        let known: Vec<Method> = Method::all().into_iter().chain(of_values).collect();
+        let is_new = |method: &Method| Method::all().iter().all(|other| other.name() != method.name());
+        let known: Vec<Method> =
+            Method::all().into_iter().chain(Method::of_values().into_iter().filter(is_new)).collect();
         if !known.iter().any(|method| method.name() == name) {
             let hint = taxel_base::names::hint(name, known.iter().map(Method::name));
             return Err(Misread::new(key, format!("no baseline is called `{name}`; {hint}")));
