@@ -262,3 +262,60 @@ fn the_rest_of_a_run_is_taken_off_in_training_prediction_and_stream() {
     let error = ends(2, &["stream", &plain, "--input", &at("new.npz"), "--tare-steps", "3"]);
     assert!(error.contains("the model reads what the sensor gives"), "{error}");
 }
+
+/// Recordings of 60 readings at 10 Hz, in which speed rises above 1 for a while and the channel shows it a reading later.
+fn slips() -> String {
+    let mut text = String::from("recording,time,a,speed\n");
+    for recording in 0..9 {
+        let is_slip = |t: usize| (t + 7 * recording) % 30 >= 20;
+        for t in 0..60 {
+            let noise = ((t * 7919 + recording * 131) % 97) as f32 / 970.0;
+            let a = if t > 0 && is_slip(t - 1) { 1.0 } else { 0.0 };
+            let speed = if is_slip(t) { 1.5 } else { 0.2 };
+            text += &format!("r{recording},{},{},{}\n", t as f32 / 10.0, a + noise, speed + noise);
+        }
+    }
+    text
+}
+
+#[test]
+fn events_of_time_steps_have_delays_and_false_alarms() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    fs::write(folder.path().join("slips.csv"), slips()).unwrap();
+    let config = "name = \"slips\"\nnetworks = []\n\
+                  baselines = [\"majority\", { name = \"extra-trees\", trees = 20 }]\n\
+                  [data]\npath = \"slips.csv\"\nevent = \"speed > 1\"\n\
+                  length = { kind = \"window\", to = 3, hop = 1 }\n\
+                  [protocol]\nkind = \"k-fold\"\nfolds = 3\nsplit = \"group\"\n";
+    fs::write(folder.path().join("slips.toml"), config).unwrap();
+    let table = ends(0, &["run", &at("slips.toml"), "--output", &at("run")]);
+    for column in ["AUROC", "average precision", "missed events", "delay s", "false alarms per minute"] {
+        assert!(table.contains(column), "{column}: {table}");
+    }
+    let results: Value = serde_json::from_str(&fs::read_to_string(at("run/results.json")).unwrap()).unwrap();
+    assert_eq!(results["classes"], serde_json::json!(["rest", "speed > 1"]));
+    let networks = results["networks"].as_array().unwrap();
+    let of = |name: &str, metric: &str| {
+        networks.iter().find(|row| row["network"] == name).unwrap()["mean"][metric].as_f64()
+    };
+    // The channel shows a slip a reading late.
+    assert!((of("extra-trees", "delay").unwrap() - 0.1).abs() < 1e-6, "{:?}", of("extra-trees", "delay"));
+    // Of a slip that begins with the last reading of a recording nothing is seen.
+    assert!(of("extra-trees", "missed_events").is_some_and(|share| share > 0.0 && share < 10.0));
+    assert!(of("extra-trees", "auroc").unwrap() > 90.0);
+    // After each slip the channel shows one for a reading more.
+    assert!(of("extra-trees", "false_alarms_per_minute").unwrap() > 5.0);
+    assert_eq!((of("majority", "missed_events"), of("majority", "delay")), (Some(100.0), None));
+    assert_eq!(of("majority", "false_alarms_per_minute"), Some(0.0));
+    assert_eq!(of("majority", "false_alarms_per_1000_steps"), None);
+    let page = ends(0, &["report", &at("run"), "--format", "json"]);
+    assert!(page.contains("false_alarms_per_minute"), "{page}");
+
+    let refused = ends(2, &["run", &at("slips.toml"), "--event", "speed > 9", "--output", &at("no")]);
+    assert!(refused.contains("event = \"speed > 9\" is true of none of"), "{refused}");
+    let refused = ends(2, &["run", &at("slips.toml"), "--event", "speed above 1", "--output", &at("no")]);
+    assert!(refused.contains("is no event; write the name of an array or column"), "{refused}");
+    let card = ends(0, &["data", "check", &at("slips.csv"), "--event", "speed<1", "--length", "window:3,1"]);
+    assert!(card.contains("speed < 1"), "{card}");
+}

@@ -65,6 +65,7 @@ pub use dataset::facts::Facts;
 pub use dataset::labels::{Attribute, Labels};
 pub use dataset::sample_spec::SampleSpec;
 pub use dataset::source::{Source, SourceKind};
+pub use dataset::target_steps::TargetSteps;
 pub use dataset::targets::{Quantity, Targets, Task, Values};
 pub use error::{Class, Error, Result};
 pub use formats::formats;
@@ -84,6 +85,7 @@ pub use split::{
     Fold, Shares, few_per_class, group_k_fold, hold_back, random_group_split, random_split, stratified_k_fold,
 };
 pub use tare::{NotATare, Tare};
+pub use targets::event::{Event, NotAnEvent};
 pub use targets::options::{TargetNames, TargetOf, TaskKind};
 pub use taxel_base::Layout;
 pub use taxel_base::files::{PART, write_whole};

@@ -102,11 +102,16 @@ pub fn survey(path: &Path, options: &ReadOptions) -> Result<Survey> {
 /// Reads a path with the first reader that recognises it.
 pub(crate) fn open(path: &Path, purpose: Purpose, options: &ReadOptions) -> Result<Raw> {
     let place = Place { path, purpose, readers: READERS };
+    let of_event = options.event.as_ref().map(|event| event.options(options, &place.file())).transpose()?;
+    let options = of_event.as_ref().unwrap_or(options);
     let reader = READERS.iter().find(|reader| reader.recognises(&place, options));
     let mut raw = reader.ok_or_else(|| refuse(&place))?.read(&place, options)?;
     let has_no_bags = !options.topics.is_empty() && raw.topics.is_empty();
     let why = "names topics of bags, of which there are none; leave it out";
     refuse_set(&raw.file, &[("topics", has_no_bags)], why)?;
+    if let Some(event) = &options.event {
+        event.refuse_several(&raw)?;
+    }
     name_channels(&mut raw, options)?;
     tare(&mut raw, options)?;
     Ok(raw)

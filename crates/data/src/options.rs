@@ -6,6 +6,7 @@ use taxel_base::Layout;
 use crate::formats::table::options::TableOptions;
 use crate::length::length::Length;
 use crate::tare::Tare;
+use crate::targets::event::Event;
 use crate::targets::options::{TargetNames, TargetOf, TaskKind};
 use crate::{Error, Result};
 
@@ -113,6 +114,11 @@ pub struct ReadOptions {
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME,NAME"))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub y: Option<TargetNames>,
+    /// Makes two classes of the values of an array or column, in place of y: rest, and the event that a number is above or
+    /// below a threshold, such as "slip_speed_cm_s > 1".
+    #[cfg_attr(feature = "clap", arg(long, value_name = "NAME > NUMBER"))]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub event: Option<Event>,
     /// Names of the quantities that are learned, in the order of the columns of y, each with its unit at the end:
     /// x_mm,y_mm [default: the names of the arrays or columns].
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME,NAME"))]
@@ -251,6 +257,11 @@ impl ReadOptions {
     /// Returns the names of the arrays or columns of targets, for messages.
     pub(crate) fn y(&self) -> String {
         if self.y.is_some() { self.y_names().join(", ") } else { "y".into() }
+    }
+
+    /// Returns the option that names the targets, for messages.
+    pub(crate) fn y_option(&self) -> &'static str {
+        if self.event.is_some() { "event" } else { "y" }
     }
 
     /// Checks whether values are asked for.

@@ -192,7 +192,7 @@ fn read(path: &Path, options: &ReadOptions, rank: usize) -> Result<Read> {
     let mut raw = open(path, Purpose::Predict { rank }, options)?;
     settle(&mut raw, options);
     let chosen = channels(&raw, options)?;
-    let truth = Some(truth(&raw)).filter(|rows| rows.len() == raw.target_rows());
+    let truth = Some(truth(&raw, options)).filter(|rows| rows.len() == raw.target_rows());
     let x = std::mem::take(&mut raw.x);
     let all: Vec<usize> = (0..x.len()).collect();
     let time = likeliest_layout([options.layout, raw.facts.layout, raw.format], &raw.dtype, x.sample_shape())
@@ -203,8 +203,15 @@ fn read(path: &Path, options: &ReadOptions, rank: usize) -> Result<Read> {
     Ok(Read { raw, x, time, truth })
 }
 
-/// Returns the names of the classes of each sample; a label without a name goes by its number.
-fn truth(raw: &Raw) -> Vec<Vec<String>> {
+/// Returns the names of the classes of each sample; a label without a name goes by its number. An event without a value has
+/// none.
+fn truth(raw: &Raw, options: &ReadOptions) -> Vec<Vec<String>> {
+    if let (Some(event), Some(values)) = (&options.event, &raw.values) {
+        let classes = event.classes();
+        let class =
+            |value: &f32| (!value.is_nan()).then(|| classes[usize::from(event.is_in(*value))].clone());
+        return values.values().iter().map(|value| class(value).into_iter().collect()).collect();
+    }
     let name = |(column, label): (usize, &i64)| {
         let names = raw.names.as_ref().and_then(|names| names.columns.get(column));
         let named = usize::try_from(*label).ok().and_then(|label| names?.get(label));

@@ -93,6 +93,7 @@ pub fn synthetic(setting: &Setting, players: Vec<Player>) -> (Comparison, Judgem
                     predicted: predicted.collect(),
                     truth,
                     untrained: vec![],
+                    steps: None,
                 },
                 test_loss: 0.0,
                 diverged: false,

@@ -10,7 +10,7 @@ use taxel_data::Task;
 
 use crate::error::Result;
 use crate::latency::Latency;
-use crate::metrics::{Metric, MetricUnit, Scores, metrics};
+use crate::metrics::{Metric, MetricUnit, Scores, shown};
 use crate::run::folder::RunFolder;
 use crate::run::results::{NetworkResults, Results};
 use crate::training::recipe::BatchNorm;
@@ -86,9 +86,9 @@ impl fmt::Display for ResultsTable {
 /// Makes one row per network, names to the left and numbers to the right.
 fn grid(results: &Results, latencies: &[Option<Latency>]) -> Grid {
     let mut grid = Grid::new().left("network");
-    let shown: Vec<&Metric> = metrics(&results.task).iter().filter(|metric| metric.is_shown).collect();
+    let shown = shown(&results.task, results.networks.iter().filter_map(|network| network.mean.as_ref()));
     let titles = shown.iter().map(|metric| match metric.unit {
-        MetricUnit::Quantity => metric.with_unit(&results.task),
+        MetricUnit::Quantity | MetricUnit::Seconds | MetricUnit::Steps => metric.with_unit(&results.task),
         MetricUnit::Percent | MetricUnit::Number | MetricUnit::Range => metric.title.to_string(),
     });
     for head in ["parameters", "MACs"].map(String::from).into_iter().chain(titles) {

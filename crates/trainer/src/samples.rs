@@ -126,7 +126,11 @@ pub fn simulated(name: &str, without: &[String], scene: taxel_scenes::Scene) -> 
             rest: Some(scene.rest),
             ..SampleSpec::new(scene.layout, &scene.x.shape()[1..])
         },
-        targets: Targets::Classes { labels: Labels::of_classes(&scene.class_names, &scene.y), columns },
+        targets: Targets::Classes {
+            labels: Labels::of_classes(&scene.class_names, &scene.y),
+            columns,
+            steps: None,
+        },
         official: None,
         groups: Some(scene.group),
         group_name: None,

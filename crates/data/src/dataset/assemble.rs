@@ -49,7 +49,8 @@ pub(crate) fn assemble(mut raw: Raw, options: &ReadOptions) -> Result<Checked> {
     if label_form == LabelForm::Unsaid {
         faults.push(unsaid(&raw));
     }
-    let values = renamed(raw.values.take(), &raw, options)?;
+    let read = renamed(raw.values.take(), &raw, options)?;
+    let values = compared(read.as_ref(), options);
     let (table, classes) = numbered(&raw, values.as_ref(), options, &mut faults)?;
     unclear_names(&raw, &classes, &mut faults);
     let groups = groups(&raw, options, &mut faults)?;
@@ -80,11 +81,11 @@ pub(crate) fn assemble(mut raw: Raw, options: &ReadOptions) -> Result<Checked> {
     faults.0.extend(of_values.0);
 
     let (group_name, groups) = grouped(groups, &rows);
-    let of_values = values.map(|values| Values::new(values.quantities().to_vec(), values.of(&target_rows)));
-    let targets = of_values.map_or_else(
-        || classes_of(&raw, &target_rows, &table, classes, attribute, &mut faults),
-        Targets::Values,
-    );
+    let targets = match read {
+        None => classes_of(&raw, &target_rows, &table, classes, attribute, &mut faults),
+        Some(read) => targets_of(&read, &raw, &target_rows, options, &mut faults),
+    };
+    let targets = targets.at_steps(rows.target_steps(&raw, options.length, spec.rate));
     let mut dataset = Dataset {
         spec,
         source: source(&raw),
@@ -103,6 +104,26 @@ pub(crate) fn assemble(mut raw: Raw, options: &ReadOptions) -> Result<Checked> {
     };
     dataset.learn_attributes(&options.attributes)?;
     Ok(Checked { dataset, problems: faults.0, label_form, lengths, readings, without_target })
+}
+
+/// Returns the values by which copies are compared: of events whether they are.
+fn compared(read: Option<&Values>, options: &ReadOptions) -> Option<Values> {
+    read.map(|read| options.event.as_ref().map_or_else(|| read.clone(), |event| event.marks(read)))
+}
+
+/// Returns the targets of the samples in `rows`: values, or the classes that an event makes of them.
+fn targets_of(
+    read: &Values,
+    raw: &Raw,
+    rows: &[usize],
+    options: &ReadOptions,
+    faults: &mut Problems,
+) -> Targets {
+    let values = read.of(rows);
+    match &options.event {
+        None => Targets::Values(Values::new(read.quantities().to_vec(), values)),
+        Some(event) => event.targets(&values, raw, faults),
+    }
 }
 
 /// Leaves out recordings without a value where the options say so, and returns their number.
@@ -200,7 +221,7 @@ fn classes_of(
     let labels = Labels::of_classes(&classes[attribute], &y);
     let of_row = |row: &usize| table[row * columns..(row + 1) * columns].to_vec();
     let several = (columns > 1).then(|| Labels::numbered(classes, rows.iter().flat_map(of_row).collect()));
-    Targets::Classes { labels, columns: several }
+    Targets::Classes { labels, columns: several, steps: None }
 }
 
 /// Returns the name of the groups, and the group of each sample. Windows without groups are grouped by recording, so that

@@ -43,7 +43,7 @@ impl Dataset {
     /// where several attributes are learned.
     pub fn keep_classes(&mut self, names: &[String]) -> Result<()> {
         let refuse = |value: String, reason: String| Err(Error::KeepClasses { value, reason });
-        let Targets::Classes { labels, columns } = &self.targets else {
+        let Targets::Classes { labels, columns, .. } = &self.targets else {
             return refuse("..".into(), "works with one class per sample; leave data.attributes out".into());
         };
         let (classes, labels) = (&labels.attributes()[0].classes, labels.values());
@@ -65,7 +65,8 @@ impl Dataset {
         let renumbered: Vec<u32> = labels.iter().filter_map(|&label| new[label as usize]).collect();
         let columns = columns.as_ref().map(|columns| columns.select(&kept));
         *self = self.rows(&kept);
-        self.targets = Targets::Classes { labels: Labels::of_classes(names, &renumbered), columns };
+        let steps = self.targets.steps().cloned();
+        self.targets = Targets::Classes { labels: Labels::of_classes(names, &renumbered), columns, steps };
         Ok(())
     }
 }

@@ -19,5 +19,6 @@ pub(crate) mod rows;
 pub(crate) mod sample_spec;
 pub(crate) mod source;
 pub(crate) mod spec_of;
+pub(crate) mod target_steps;
 pub(crate) mod targets;
 pub(crate) mod validate;

@@ -3,6 +3,8 @@
 use crate::check::duplicates::units;
 use crate::dataset::digest::RowHash;
 use crate::dataset::raw::Raw;
+use crate::dataset::target_steps::TargetSteps;
+use crate::length::length::Length;
 use crate::targets::steps::StepTargets;
 use std::collections::HashSet;
 
@@ -40,6 +42,21 @@ impl RecordingRows {
             }
             _ => self.recordings.clone(),
         }
+    }
+
+    /// Returns the last step of each sample, where time steps have targets of their own; they follow at `rate` Hz.
+    pub fn target_steps(&self, raw: &Raw, rule: Option<Length>, rate: Option<f64>) -> Option<TargetSteps> {
+        let (Some(Length::Window { to, hop }), Some(starts), true) =
+            (rule, &self.starts, raw.steps.is_some())
+        else {
+            return None;
+        };
+        Some(TargetSteps {
+            recordings: self.recordings.iter().map(|recording| *recording as u32).collect(),
+            steps: starts.iter().map(|start| (start + to - 1) as u32).collect(),
+            hop: hop.unwrap_or(to) as u32,
+            rate,
+        })
     }
 
     /// Keeps the samples at these places only.

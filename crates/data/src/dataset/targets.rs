@@ -1,6 +1,7 @@
 //! Targets of the samples, and the task that they pose.
 
 use crate::dataset::labels::{Attribute, Labels};
+use crate::dataset::target_steps::TargetSteps;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -191,6 +192,8 @@ pub enum Targets {
         labels: Labels,
         /// All label columns of a file that holds several, of which the class is one.
         columns: Option<Labels>,
+        /// The time steps that classes belong to, where they are not those of whole recordings.
+        steps: Option<TargetSteps>,
     },
     /// One level for each of several attributes.
     Levels(Labels),
@@ -201,7 +204,23 @@ pub enum Targets {
 impl Targets {
     /// Takes one class per sample, by its place in `classes`.
     pub fn classes(classes: &[String], labels: &[u32]) -> Self {
-        Targets::Classes { labels: Labels::of_classes(classes, labels), columns: None }
+        Targets::Classes { labels: Labels::of_classes(classes, labels), columns: None, steps: None }
+    }
+
+    /// Says which time steps classes belong to; levels and values keep none.
+    pub(crate) fn at_steps(mut self, at: Option<TargetSteps>) -> Self {
+        if let Targets::Classes { steps, .. } = &mut self {
+            *steps = at;
+        }
+        self
+    }
+
+    /// Returns the time steps that classes belong to, where they are not those of whole recordings.
+    pub fn steps(&self) -> Option<&TargetSteps> {
+        match self {
+            Targets::Classes { steps, .. } => steps.as_ref(),
+            Targets::Levels(_) | Targets::Values(_) => None,
+        }
     }
 
     /// Returns the task that they pose.
@@ -264,9 +283,10 @@ impl Targets {
     /// Returns the targets of `rows`, in that order.
     pub(crate) fn select(&self, rows: &[usize]) -> Self {
         match self {
-            Targets::Classes { labels, columns } => Targets::Classes {
+            Targets::Classes { labels, columns, steps } => Targets::Classes {
                 labels: labels.select(rows),
                 columns: columns.as_ref().map(|columns| columns.select(rows)),
+                steps: steps.as_ref().map(|steps| steps.of(rows)),
             },
             Targets::Levels(labels) => Targets::Levels(labels.select(rows)),
             Targets::Values(values) => {

@@ -24,6 +24,8 @@ pub(crate) struct Readings {
     rows: Vec<Vec<usize>>,
     /// The array is in the file.
     is_held: bool,
+    /// Readings in a row, where rows are pieces of a series.
+    piece: Option<usize>,
 }
 
 impl Readings {
@@ -44,12 +46,18 @@ impl Readings {
             Purpose::Predict { rank: wanted } if rank == wanted => return Ok(None),
             Purpose::Predict { .. } if !is_held => {
                 let rows = vec![(0..raw.x.len()).collect()];
-                return Ok(Some(Self { name, recordings: vec![raw.name.clone()], rows, is_held }));
+                return Ok(Some(Self {
+                    name,
+                    recordings: vec![raw.name.clone()],
+                    rows,
+                    is_held,
+                    piece: None,
+                }));
             }
             _ => {}
         }
-        let why = "names the recording of each row of x [R, C] or [R, H, W]; other arrays are recordings already: leave it \
-                   out";
+        let why = "names the recording of each row of x [R, C] or [R, H, W], or with layout = \"series\" [R, C, k]; other \
+                   arrays are recordings already: leave it out";
         let is_step = options.target == Some(TargetOf::Step);
         let is_split = raw.x_name.contains(" with ") || raw.x_name == "the other arrays";
         let is_other = !(1..=2).contains(&rank) || is_split;
@@ -71,13 +79,16 @@ impl Readings {
             });
             rows[at].push(row);
         }
-        Ok(Some(Self { name, recordings, rows, is_held }))
+        let is_series = options.layout.or(raw.facts.layout) == Some(Layout::Series);
+        let piece = raw.x.sample_shape().get(1).copied().filter(|_| is_series);
+        Ok(Some(Self { name, recordings, rows, is_held, piece }))
     }
 
     /// Makes recordings of the rows of a file, with all that is said of the rows.
     pub fn joined(self, raw: Raw) -> Result<Raw> {
         let rank = raw.x.sample_shape().len();
-        let order: Vec<usize> = self.rows.iter().flatten().copied().collect();
+        let readings = |row: &usize| std::iter::repeat_n(*row, self.in_row());
+        let order: Vec<usize> = self.rows.iter().flatten().flat_map(readings).collect();
         let moved = |values: &[i64], width: usize| -> Vec<i64> {
             let row = |row: &usize| values.get(row * width..(row + 1) * width).unwrap_or_default().to_vec();
             order.iter().flat_map(row).collect()
@@ -101,9 +112,9 @@ impl Readings {
             .map(|name| if self.is_held { format!("{} {name}", self.name) } else { name.clone() });
         let origins = origins.collect();
         let read_as = raw.read_as.iter().cloned().chain(self.said()).collect();
-        let steps = StepTargets { steps: self.rows.iter().map(Vec::len).collect(), change: String::new() };
+        let steps = StepTargets { steps: self.lengths(), change: String::new() };
         let x = self.join(&raw.x);
-        let format = if rank == 1 { Layout::Series } else { Layout::Sequence };
+        let format = if rank == 1 || self.piece.is_some() { Layout::Series } else { Layout::Sequence };
         let joined = Raw { x, y, values, groups, official, origins, read_as, format: Some(format), ..raw };
         let joined = Raw { recording: Some(self.name.clone()), ..joined };
         Ok(self.with_targets(joined, steps))
@@ -137,8 +148,8 @@ impl Readings {
                 let held = &self.rows[recording];
                 steps.change = format!(
                     "rows {} and {} are both {} {}, but differ in {}",
-                    held[place - 1],
-                    held[place],
+                    held[(place - 1) / self.in_row()],
+                    held[place / self.in_row()],
                     self.name,
                     self.recordings[recording],
                     raw.y_name
@@ -152,7 +163,8 @@ impl Readings {
     /// Says for the card how rows were joined.
     fn said(&self) -> Vec<String> {
         let count = plural(self.recordings.len(), "recording");
-        let joined = format!("rows as readings of {count} by {:?}", self.name);
+        let held = self.piece.map_or("readings".into(), |piece| format!("{piece} readings each"));
+        let joined = format!("rows as {held} of {count} by {:?}", self.name);
         let is_apart = |rows: &&Vec<usize>| rows.windows(2).any(|pair| pair[1] != pair[0] + 1);
         let apart = self.rows.iter().filter(is_apart).count();
         let lie =
@@ -184,20 +196,31 @@ impl Readings {
         Ok((name.clone(), each))
     }
 
-    /// Joins rows `[C]` to recordings `[C, T]`, and rows `[H, W]` to `[T, H, W]`.
+    /// Returns the readings of each recording.
+    fn lengths(&self) -> Vec<usize> {
+        self.rows.iter().map(|rows| rows.len() * self.in_row()).collect()
+    }
+
+    fn in_row(&self) -> usize {
+        self.piece.unwrap_or(1)
+    }
+
+    /// Joins rows `[C]`, or pieces `[C, k]`, to recordings `[C, T]`, and rows `[H, W]` to `[T, H, W]`.
     fn join(&self, x: &Ragged) -> Ragged {
         let all: Vec<&[f32]> = x.each().collect();
-        let lengths = self.rows.iter().map(Vec::len).collect();
+        let lengths = self.lengths();
         let mut values = Vec::with_capacity(all.iter().map(|row| row.len()).sum());
-        match x.sample_shape() {
-            &[channels] => {
+        match (x.sample_shape(), self.piece) {
+            (&[channels], _) | (&[channels, _], Some(_)) => {
                 for rows in &self.rows {
-                    (0..channels)
-                        .for_each(|channel| values.extend(rows.iter().map(|row| all[*row][channel])));
+                    for channel in 0..channels {
+                        let of_row = |row: &usize| &all[*row][channel * self.in_row()..][..self.in_row()];
+                        values.extend(rows.iter().flat_map(of_row));
+                    }
                 }
                 Ragged::of_lengths(values, vec![channels, 0], 1, lengths)
             }
-            shape => {
+            (shape, _) => {
                 self.rows.iter().flatten().for_each(|row| values.extend_from_slice(all[*row]));
                 Ragged::of_lengths(values, [&[0], shape].concat(), 0, lengths)
             }

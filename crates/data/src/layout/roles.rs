@@ -103,7 +103,8 @@ impl Roles {
 /// Finds the arrays of targets: those that are named, or `y` or what stands for it.
 fn targets(held: &[String], options: &ReadOptions, split: bool) -> Result<Vec<Vec<String>>, Unclear> {
     if options.names_y() {
-        let one = |name: &String| Role { held, name, others: &[], option: "y" }.find_in(split);
+        let option = options.y_option();
+        let one = |name: &String| Role { held, name, others: &[], option }.find_in(split);
         return options.y_names().iter().map(one).collect();
     }
     Role { held, name: "y", others: &LABELS, option: "y" }.find_in(split).map(|one| vec![one])

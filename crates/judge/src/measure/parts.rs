@@ -352,7 +352,7 @@ mod tests {
     fn classes_that_a_fold_did_not_train_are_known_under_faults_too() {
         let classes = ["dry", "oil", "wet"].map(String::from);
         let labels = Labels::of_classes(&classes, &[0, 1, 2]);
-        let targets = Targets::Classes { labels, columns: None };
+        let targets = Targets::Classes { labels, columns: None, steps: None };
         let part = TestPart { fold: 0, rows: vec![0, 2], keys: vec![], untrained: vec![vec![2]] };
         let outputs = vec![0.2, 0.8, 0.0, 0.9, 0.1, 0.0];
         let broken = outcome(&targets, &part, RawOutputs { outputs, ..RawOutputs::default() });

@@ -150,7 +150,9 @@ impl Primary {
     pub fn range(&self) -> (f64, f64) {
         match self.metric.unit {
             MetricUnit::Percent => (0.0, 100.0),
-            MetricUnit::Quantity | MetricUnit::Range => (0.0, f64::INFINITY),
+            MetricUnit::Quantity | MetricUnit::Range | MetricUnit::Seconds | MetricUnit::Steps => {
+                (0.0, f64::INFINITY)
+            }
             MetricUnit::Number => (f64::NEG_INFINITY, f64::INFINITY),
         }
     }

@@ -17,6 +17,7 @@
 //! ```
 
 mod bootstrap;
+mod detections;
 mod interval;
 mod levels;
 mod outcome;
@@ -31,6 +32,7 @@ use serde::{Deserialize, Serialize};
 use crate::error::{Error, Result};
 
 pub use bootstrap::{Clusters, bootstrap, central, quantile};
+pub use detections::Detections;
 pub(crate) use interval::wilson;
 pub use interval::{FEW_GROUPS, MeanEstimate, Terms, t_quantile};
 pub use levels::{LevelScores, Levels};
@@ -39,7 +41,7 @@ pub use ranking::{average_precision, roc_area};
 pub use scores::Scores;
 pub use spread::{around, spread};
 pub(crate) use table::metric_names;
-pub use table::{Direction, Metric, MetricUnit, metrics, scores};
+pub use table::{Direction, Metric, MetricUnit, metrics, scores, shown};
 pub use taxel_baselines::softmax;
 
 pub use probabilities::{BINS, brier, calibration_error, log_loss};

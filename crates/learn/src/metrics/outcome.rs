@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use serde::{Deserialize, Serialize};
-use taxel_data::{Targets, Task};
+use taxel_data::{TargetSteps, Targets, Task};
 
 use crate::error::Result;
 use crate::metrics::Levels;
@@ -24,6 +24,9 @@ pub enum Outcome {
         /// Of each attribute the classes that were tested but not trained; empty where there are none.
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
         untrained: Vec<Vec<u32>>,
+        /// The time steps of the samples, where each time step has its own class.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        steps: Option<TargetSteps>,
     },
     /// Values, each in its unit.
     Values {
@@ -48,6 +51,7 @@ impl Outcome {
                 predicted: Levels::new(&labels.sizes()).predicted(&outputs),
                 probabilities: outputs,
                 untrained: vec![],
+                steps: targets.steps().map(|steps| steps.of(rows)),
             },
             Targets::Values(values) => {
                 Outcome::Values { truth: values.of(rows), predicted: outputs, spread: vec![] }
@@ -103,6 +107,14 @@ impl Outcome {
         }
     }
 
+    /// Returns the time steps of the samples, where each time step has its own class.
+    pub fn steps(&self) -> Option<&TargetSteps> {
+        match self {
+            Outcome::Labels { steps, .. } => steps.as_ref(),
+            Outcome::Values { .. } => None,
+        }
+    }
+
     /// Returns true and predicted labels; nothing of values.
     pub fn labels(&self) -> (&[u32], &[u32]) {
         match self {
@@ -132,7 +144,10 @@ impl Outcome {
     /// Checks that it holds predictions for `samples` samples of `task`, every label being one of the task's.
     pub fn fits(&self, task: &Task, samples: usize) -> bool {
         match (self, task) {
-            (Outcome::Labels { truth, predicted, probabilities, .. }, Task::Classes(_) | Task::Levels(_)) => {
+            (
+                Outcome::Labels { truth, predicted, probabilities, steps, .. },
+                Task::Classes(_) | Task::Levels(_),
+            ) => {
                 let sizes: Vec<usize> =
                     task.attributes().iter().map(|attribute| attribute.classes.len()).collect();
                 let known = |labels: &[u32]| {
@@ -140,7 +155,10 @@ impl Outcome {
                     labels.len() == samples * sizes.len()
                         && each.into_iter().all(|(&label, &size)| (label as usize) < size)
                 };
-                known(truth) && known(predicted) && probabilities.len() == samples * task.outputs()
+                let timed = steps.as_ref().is_none_or(|at| {
+                    at.recordings.len() == samples && at.steps.len() == samples && at.hop > 0
+                });
+                timed && known(truth) && known(predicted) && probabilities.len() == samples * task.outputs()
             }
             (Outcome::Values { truth, predicted, spread }, Task::Values(quantities)) => {
                 let expected = samples * quantities.len();

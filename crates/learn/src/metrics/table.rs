@@ -6,8 +6,8 @@ use taxel_data::{Quantity, Task};
 
 use crate::error::{Error, Result};
 use crate::metrics::{
-    LevelScores, Levels, MacroScores, MeanEstimate, Outcome, Scores, Terms, average_precision, mean_sd,
-    quantile, roc_area,
+    Detections, LevelScores, Levels, MacroScores, MeanEstimate, Outcome, Scores, Terms, average_precision,
+    mean_sd, quantile, roc_area,
 };
 
 /// The unit of a metric.
@@ -21,6 +21,10 @@ pub enum MetricUnit {
     Quantity,
     /// Percent of the range of the true values, which quantities in different units have in common.
     Range,
+    /// Seconds.
+    Seconds,
+    /// Time steps.
+    Steps,
 }
 
 impl MetricUnit {
@@ -28,7 +32,7 @@ impl MetricUnit {
     pub fn scale(self) -> f64 {
         match self {
             MetricUnit::Percent | MetricUnit::Range => 100.0,
-            MetricUnit::Number | MetricUnit::Quantity => 1.0,
+            MetricUnit::Number | MetricUnit::Quantity | MetricUnit::Seconds | MetricUnit::Steps => 1.0,
         }
     }
 }
@@ -55,18 +59,20 @@ pub struct Metric {
     pub direction: Direction,
     /// Whether it has a column in the table of a run.
     pub is_shown: bool,
+    /// Whether it has one where each time step has its own class, such as slip.
+    is_of_events: bool,
     of: fn(&Task, &Outcome) -> Result<f64>,
     /// The contribution of each sample, before [`MetricUnit::scale`]. None where the metric is no mean over samples.
     terms: Option<fn(&Outcome, usize) -> Vec<f64>>,
 }
 
 /// Metrics of classes and levels; of several attributes each is the mean over them.
-const OF_LABELS: &[Metric] = OF_TWO_CLASSES.split_at(OF_TWO_CLASSES.len() - RANKINGS).0;
+const OF_LABELS: &[Metric] = OF_TWO_CLASSES.split_at(OF_TWO_CLASSES.len() - OF_EVENTS).0;
 
 /// Metrics that two classes have besides.
-const RANKINGS: usize = 2;
+const OF_EVENTS: usize = 7;
 
-/// Metrics of two classes: the last ones judge how the probability of the second ranks samples, such as those with slip.
+/// Metrics of two classes: the last ones judge how well the second is told, such as slip, by its probability and in time.
 const OF_TWO_CLASSES: &[Metric] = &[
     Metric {
         of: |task, outcome| macro_mean(task, outcome, |scores| scores.accuracy),
@@ -105,16 +111,43 @@ const OF_TWO_CLASSES: &[Metric] = &[
         ..Metric::of_labels("brier", "Brier score")
     },
     Metric {
-        is_shown: false,
         of: |_, outcome| Ok(ranking(outcome, roc_area)),
-        ..Metric::of_labels("auroc", "AUROC")
+        ..Metric::of_events("auroc", "AUROC", MetricUnit::Percent, Direction::Higher)
     },
     Metric {
-        is_shown: false,
         of: |_, outcome| Ok(ranking(outcome, average_precision)),
-        ..Metric::of_labels("average_precision", "average precision")
+        ..Metric::of_events("average_precision", "average precision", MetricUnit::Percent, Direction::Higher)
+    },
+    Metric {
+        of: |_, outcome| Ok(detected(outcome, |found, _| Some(100.0 * found.missed_share()?))),
+        ..Metric::of_events("missed_events", "missed events", MetricUnit::Percent, Direction::Lower)
+    },
+    Metric {
+        of: |_, outcome| Ok(detected(outcome, |found, rate| Some(found.delay()? / rate?))),
+        ..Metric::of_events("delay", "delay", MetricUnit::Seconds, Direction::Lower)
+    },
+    Metric {
+        of: |_, outcome| Ok(detected(outcome, |found, rate| found.delay().filter(|_| rate.is_none()))),
+        ..Metric::of_events("delay_steps", "delay", MetricUnit::Steps, Direction::Lower)
+    },
+    Metric {
+        of: |_, outcome| Ok(detected(outcome, |found, rate| Some(false_alarms(found, 60.0 * rate?)))),
+        ..Metric::of_events(ALARMS[0], "false alarms per minute", MetricUnit::Number, Direction::Lower)
+    },
+    Metric {
+        of: |_, outcome| {
+            let alarms = |found: &Detections, rate: Option<f64>| match rate {
+                Some(_) => None,
+                None => Some(false_alarms(found, 1000.0)),
+            };
+            Ok(detected(outcome, alarms))
+        },
+        ..Metric::of_events(ALARMS[1], "false alarms per 1000 steps", MetricUnit::Number, Direction::Lower)
     },
 ];
+
+/// Metrics of which time steps with classes of their own have one: with a known rate, and without.
+const ALARMS: [&str; 2] = ["false_alarms_per_minute", "false_alarms_per_1000_steps"];
 
 /// Metrics of values in one unit; of several quantities each is the mean over them.
 const OF_VALUES: &[Metric] = &[
@@ -187,6 +220,15 @@ pub fn scores(task: &Task, outcome: &Outcome) -> Result<Scores> {
     Ok(Scores::new(each.into_iter().filter(|(_, value)| !value.is_nan())))
 }
 
+/// Returns the metrics that have a column in the table of these scores: those of events where time steps have classes of
+/// their own, and where some of the scores have the metric.
+pub fn shown<'s>(task: &Task, each: impl IntoIterator<Item = &'s Scores>) -> Vec<&'static Metric> {
+    let of_events = |scores: &&Scores| ALARMS.iter().any(|name| scores.get(name).is_some());
+    let timed: Vec<&Scores> = each.into_iter().filter(of_events).collect();
+    let is_held = |metric: &Metric| timed.iter().any(|scores| scores.get(metric.name).is_some());
+    metrics(task).iter().filter(|metric| metric.is_shown || metric.is_of_events && is_held(metric)).collect()
+}
+
 /// Checks whether quantities are several that are not all known to be in one unit: their errors cannot be averaged.
 fn in_several_units(quantities: &[Quantity]) -> bool {
     let [first, others @ ..] = quantities else { return false };
@@ -201,7 +243,18 @@ pub(crate) fn metric_names() -> impl Iterator<Item = &'static str> {
 impl Metric {
     const fn of_labels(name: &'static str, title: &'static str) -> Self {
         let (unit, direction) = (MetricUnit::Percent, Direction::Higher);
-        Metric { name, title, unit, direction, is_shown: true, of: |_, _| Ok(0.0), terms: None }
+        let (is_shown, is_of_events) = (true, false);
+        Metric { name, title, unit, direction, is_shown, is_of_events, of: |_, _| Ok(0.0), terms: None }
+    }
+
+    const fn of_events(
+        name: &'static str,
+        title: &'static str,
+        unit: MetricUnit,
+        direction: Direction,
+    ) -> Self {
+        let (is_shown, is_of_events) = (false, true);
+        Metric { name, title, unit, direction, is_shown, is_of_events, of: |_, _| Ok(0.0), terms: None }
     }
 
     const fn of_values(
@@ -210,7 +263,8 @@ impl Metric {
         unit: MetricUnit,
         direction: Direction,
     ) -> Self {
-        Metric { name, title, unit, direction, is_shown: true, of: |_, _| Ok(0.0), terms: None }
+        let (is_shown, is_of_events) = (true, false);
+        Metric { name, title, unit, direction, is_shown, is_of_events, of: |_, _| Ok(0.0), terms: None }
     }
 
     /// Returns the metric by which methods for `task` are compared and chosen.
@@ -262,6 +316,8 @@ impl Metric {
         match self.unit {
             MetricUnit::Percent | MetricUnit::Range => Some("%".into()),
             MetricUnit::Number => None,
+            MetricUnit::Seconds => Some("s".into()),
+            MetricUnit::Steps => Some("steps".into()),
             MetricUnit::Quantity => task.quantities().first()?.unit.clone(),
         }
     }
@@ -326,6 +382,20 @@ fn ranking(outcome: &Outcome, area: fn(&[f32], &[bool]) -> Option<f64>) -> f64 {
     let second: Vec<f32> = outcome.outputs().chunks_exact(2).map(|row| row[1]).collect();
     let is_second: Vec<bool> = outcome.labels().0.iter().map(|label| *label == 1).collect();
     100.0 * area(&second, &is_second).unwrap_or(f64::NAN)
+}
+
+/// Returns a value of the events that were found, given the steps per second; NaN where samples are no time steps, and where
+/// they do not define it.
+fn detected(outcome: &Outcome, value: fn(&Detections, Option<f64>) -> Option<f64>) -> f64 {
+    let Some(at) = outcome.steps() else { return f64::NAN };
+    let (truth, predicted) = outcome.labels();
+    let is_second = |labels: &[u32]| labels.iter().map(|label| *label == 1).collect::<Vec<_>>();
+    value(&Detections::of(&is_second(truth), &is_second(predicted), at), at.rate).unwrap_or(f64::NAN)
+}
+
+/// Returns the false alarms in so many steps.
+fn false_alarms(found: &Detections, steps: f64) -> f64 {
+    found.false_alarms() as f64 * steps / found.steps() as f64
 }
 
 /// Returns the calibration error and the Brier score.

@@ -56,7 +56,8 @@ impl TableColumns {
             return Err(header.missing("recording", "table.recording"));
         }
         let labels: Vec<usize> = if options.names_y() {
-            options.y_names().iter().map(|name| header.named(name, "y")).collect::<Result<_>>()?
+            let option = options.y_option();
+            options.y_names().iter().map(|name| header.named(name, option)).collect::<Result<_>>()?
         } else {
             let usual = LABEL.iter().find_map(|name| header.find(name)).or_else(|| header.lone_y());
             usual.into_iter().collect()

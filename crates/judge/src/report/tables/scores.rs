@@ -1,6 +1,6 @@
 //! Scores: the table of the networks, what papers published, folds, classes.
 
-use taxel_learn::metrics::{ClassScores, LevelScores, metrics};
+use taxel_learn::metrics::{ClassScores, LevelScores, Metric, shown};
 use taxel_learn::{FoldScores, NetworkResults, Published};
 use taxel_report::numbers::{bytes, digits, in_brackets, si, tenth};
 use taxel_report::table::{Cell, Column, Table};
@@ -47,13 +47,18 @@ type Other = (String, String, &'static str, fn(f64) -> String);
 /// Returns the other metrics that tables of this task show.
 fn others(judgement: &Judgement) -> Vec<Other> {
     let task = &judgement.results.task;
-    if task.quantities().is_empty() {
-        return vec![("macro F1 %".into(), "macro_f1_percent".into(), "f1", tenth)];
+    let means = judgement.networks.iter().filter_map(|network| network.results.mean.as_ref());
+    let mut shown = shown(task, means).into_iter().skip(1).peekable();
+    let other = |metric: &'static Metric| -> Other {
+        (metric.with_unit(task), metric.name.into(), metric.name, digits)
+    };
+    if !task.quantities().is_empty() {
+        return shown.map(other).collect();
     }
-    let shown = metrics(task).iter().skip(1).filter(|metric| metric.is_shown);
-    shown
-        .map(|metric| (metric.with_unit(task), metric.name.into(), metric.name, digits as fn(f64) -> String))
-        .collect()
+    // Of labels macro F1 alone, and the metrics of events.
+    while shown.next_if(|metric| metric.is_shown).is_some() {}
+    let macro_f1 = ("macro F1 %".into(), "macro_f1_percent".into(), "f1", tenth as fn(f64) -> String);
+    std::iter::once(macro_f1).chain(shown.map(other)).collect()
 }
 
 /// Returns the table that a report begins with.
