@@ -96,7 +96,8 @@ fn a_wrong_type_is_refused() {
     let y = npy("<M8[ns]", false, &[4], &[0; 32]);
     assert_eq!(
         refused_arrays(&[("x", samples(4)), ("y", y)]),
-        "grasps.npz: y: has dtype <M8[ns]; labels are whole numbers from 0: save y as an integer array"
+        "grasps.npz: y: has dtype <M8[ns]; labels are whole numbers from 0: save y as an integer array, or \
+         say task = \"values\" (--task values) if it is measured"
     );
     let y = npy("<f8", false, &[4], &[0; 32]);
     assert_eq!(

@@ -47,6 +47,30 @@ fn named_quantities_are_values_whatever_they_hold() {
 }
 
 #[test]
+fn arrays_beside_the_labels_are_values_where_the_file_of_names_says_so() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("skin.npz");
+    let mut npz = Npz::default();
+    npz.add("x", &[4, 3], &[1.0f32, 2.0, 3.0, 4.0].repeat(3)).unwrap();
+    npz.add("y", &[4], &[0i64, 1, 0, 1]).unwrap();
+    npz.add("shore", &[4], &[0.0f32, 10.0, 0.0, 10.0]).unwrap();
+    npz.add("depth", &[4], &[0.5f32, 1.0, 1.5, 2.0]).unwrap();
+    std::fs::write(&path, npz.finish().unwrap()).unwrap();
+    let values = r#""values": { "shore": { "name": "hardness", "unit": "Shore A" } }"#;
+    let names = format!(r#"{{ "classes": ["soft", "hard"], {values} }}"#);
+    files(folder.path(), &[("skin.classes.json", &names)]);
+    let of = |y: &str| ReadOptions { y: Some(y.into()), ..ReadOptions::default() };
+    assert_eq!(load(&path, &ReadOptions::default()).unwrap().output_names(), ["soft", "hard"]);
+    let hardness = Quantity { name: "hardness".into(), unit: Some("Shore A".into()) };
+    assert_eq!(load(&path, &of("shore")).unwrap().task(), Task::Values(vec![hardness]));
+    let error = refused(&path, &of("depth"));
+    assert!(error.contains("say task = \"values\" (--task values) if it is measured"), "{error}");
+    files(folder.path(), &[("skin.classes.json", r#"{ "values": ["shore"] }"#)]);
+    let error = refused(&path, &of("shore"));
+    assert!(error.contains("values") && error.contains("not an object such as"), "{error}");
+}
+
+#[test]
 fn values_in_memory_are_one_of_each_quantity_per_sample() {
     let refuse = |names: &[&str], values: &[f32]| {
         let quantities = names.iter().map(|name| Quantity { name: (*name).into(), unit: None }).collect();

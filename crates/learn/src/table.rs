@@ -165,12 +165,11 @@ fn caption(results: &Results) -> Vec<String> {
     let mut lines = vec![
         format!("{}{title}", results.name),
         format!(
-            "measured on: {} ({} samples, {} {}), {}, seed {}",
+            "measured on: {} ({} samples, {}), {}, seed {}",
             results.source,
             results.samples,
-            results.task.outputs(),
-            results.task.noun(),
-            results.protocol.words(),
+            results.task.counted(),
+            results.protocol.words(&results.task),
             results.seed
         ),
         format!(

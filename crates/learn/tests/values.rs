@@ -11,7 +11,7 @@ use taxel_baselines::Method;
 use taxel_data::{Dataset, Quantity, Targets, Values};
 use taxel_graph::Loss;
 use taxel_learn::metrics::Outcome;
-use taxel_learn::{Candidate, CrossValidation, Encoding, Model, Protocol, Recipe, fit};
+use taxel_learn::{Candidate, CrossValidation, Encoding, Model, Protocol, Recipe, Split, fit};
 
 /// Presses with the height of each channel's last reading.
 fn measured() -> Dataset {
@@ -114,4 +114,24 @@ fn networks_answer_in_the_unit_of_their_targets() {
 fn error(folder: &taxel_learn::RunFolder) -> f64 {
     let results = folder.results().unwrap();
     results.networks[0].mean.as_ref().unwrap().get("mae").unwrap()
+}
+
+#[test]
+fn rare_values_need_not_be_in_every_part() {
+    let mut dataset = presses(30, 12);
+    let force = Quantity { name: "force".into(), unit: Some("N".into()) };
+    // Mostly at rest, as a skin is; ten parts of the range, of which the last ones hold one to three samples.
+    let values = (0..30).map(|row| if row < 26 { 0.0 } else { row as f32 }).collect();
+    dataset.targets = Targets::Values(Values::new(vec![force], values));
+    for folds in [2, 5] {
+        let folds = Protocol::k_fold(folds).folds(&dataset, 1, 0).unwrap();
+        let mut tested: Vec<usize> = folds.iter().flat_map(|fold| fold.test.clone()).collect();
+        tested.sort_unstable();
+        assert_eq!(tested, (0..30).collect::<Vec<_>>());
+    }
+    let few =
+        Protocol::FewSamples { split: Split::Stratified, test: 0.4, per_class: vec![9], repetitions: 1 };
+    assert!(few.words(&dataset.task()).starts_with("few samples per part of the range"));
+    let error = few.folds(&dataset, 1, 0).unwrap_err().to_string();
+    assert!(error.starts_with("protocol.per_class = 9: a part of the range of the values has "), "{error}");
 }

@@ -57,6 +57,9 @@ pub struct Fingertip {
     /// Draws the hardness of each sample evenly from this range, least and most, instead; its class is
     /// then the nearest in `shore`, and the truth `shore` is what to regress on.
     pub between: Option<[f32; 2]>,
+    /// Share of the samples, the last ones, whose hardness is drawn from `between`, (0, 1). The others have the hardnesses of
+    /// `shore`, and the drawn ones are marked for testing: hardnesses that no training has seen.
+    pub unseen: Option<f32>,
     /// Sessions, at least 1. They take turns: sample i is of session `(i / classes) % sessions`.
     pub sessions: u32,
 }
@@ -64,7 +67,7 @@ pub struct Fingertip {
 impl Default for Fingertip {
     /// Returns Kaewrakmuk and Srinonchat 2026's three levels, in ten sessions (which the paper does not report).
     fn default() -> Self {
-        Self { shore: vec![0.0, 10.0, 20.0], between: None, sessions: 10 }
+        Self { shore: vec![0.0, 10.0, 20.0], between: None, unseen: None, sessions: 10 }
     }
 }
 
@@ -92,6 +95,19 @@ impl Fingertip {
             let expected = "least and most Shore A hardness must be in [0, 95], the least first";
             return reject("between", format!("{between:?}"), expected);
         }
+        if let Some(unseen) = self.unseen {
+            if !(unseen > 0.0 && unseen < 1.0) {
+                return reject(
+                    "unseen",
+                    unseen.to_string(),
+                    "must be above 0 and below 1: a share of the samples",
+                );
+            }
+            if self.between.is_none() {
+                let expected = "needs the range that unseen hardnesses are drawn from: between = [0, 40]";
+                return reject("unseen", unseen.to_string(), expected);
+            }
+        }
         let twice = |i: usize| self.shore[..i].contains(&self.shore[i]);
         if (0..self.shore.len()).any(twice) {
             return reject("shore", listed(), "each hardness is a class of its own and must differ");
@@ -113,12 +129,13 @@ impl Fingertip {
     pub fn simulate(&self, samples: usize, seed: u64, without: &[String]) -> Result<Scene> {
         self.check()?;
         let world = World::new(NAME, samples, seed, without, &REMOVABLE)?;
+        let known = self.known(samples)?;
         let mut x = Array3::zeros((samples, FINGERS.len(), STEPS));
         let (mut y, mut group) = (Vec::new(), Vec::new());
         let mut truth: Vec<(String, Vec<f32>)> = Vec::new();
         for (i, mut recording) in x.outer_iter_mut().enumerate() {
             let turn = i / self.shore.len();
-            let (class, shore) = self.hardness(&world, i);
+            let (class, shore) = self.hardness(&world, i, i >= known);
             let session = turn % self.sessions as usize;
             let grasp = grasp(&world, i, session, turn / self.sessions as usize);
             let modulus = young_modulus(f64::from(shore));
@@ -165,15 +182,28 @@ impl Fingertip {
             full_scale: FULL_SCALE as f32,
             rest: vec![0.0],
             truth,
+            test: self.unseen.map(|_| (0..samples).map(|i| i >= known).collect()),
             attributes: None,
         })
     }
 }
 
 impl Fingertip {
+    /// Counts the samples, the first ones, that have the hardnesses of `shore`.
+    fn known(&self, samples: usize) -> Result<usize> {
+        let Some(unseen) = self.unseen else { return Ok(if self.between.is_some() { 0 } else { samples }) };
+        let drawn = (f64::from(unseen) * samples as f64).round() as usize;
+        // One sample alone is asked for to see how large it is.
+        if samples > 1 && (drawn == 0 || drawn >= samples) {
+            let expected = "leaves no sample to train on or none to test on; simulate more";
+            return Err(Error::Parameter { name: "unseen", value: unseen.to_string(), expected });
+        }
+        Ok(samples - drawn.min(samples))
+    }
+
     /// Returns class and Shore A hardness of sample `i`.
-    fn hardness(&self, world: &World, i: usize) -> (usize, f32) {
-        let Some([least, most]) = self.between else {
+    fn hardness(&self, world: &World, i: usize, is_drawn: bool) -> (usize, f32) {
+        let Some([least, most]) = self.between.filter(|_| is_drawn) else {
             let class = i % self.shore.len();
             return (class, self.shore[class]);
         };

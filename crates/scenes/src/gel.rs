@@ -200,6 +200,7 @@ impl Gel {
             full_scale: FULL_SCALE as f32,
             rest: vec![rest() as f32],
             truth: columns(names, &truth),
+            test: None,
             attributes: None,
         })
     }

@@ -158,6 +158,7 @@ impl Gripper {
             full_scale: CONVERTER.get() as f32,
             rest: [rest(), rest()].concat(),
             truth: columns(&TRUTH, &truth),
+            test: None,
             attributes: Some(attributes),
         })
     }

@@ -115,6 +115,7 @@ impl Hand {
             full_scale: FULL_SCALE as f32,
             rest: vec![middle(&REST).round() as f32],
             truth: columns(&TRUTH, &truth),
+            test: None,
             attributes: None,
         })
     }

@@ -173,6 +173,7 @@ impl Imprint {
             full_scale: 1.0,
             rest: vec![0.0],
             truth,
+            test: None,
             attributes: None,
         })
     }

@@ -28,6 +28,7 @@ pub mod imprint;
 pub mod palpation;
 mod parameters;
 mod shapes;
+mod truth;
 pub mod vision;
 mod world;
 
@@ -38,6 +39,7 @@ pub use gripper::Gripper;
 pub use hand::Hand;
 pub use imprint::Imprint;
 pub use palpation::Palpation;
+pub use truth::quantity_of;
 pub use vision::Vision;
 
 use ndarray::{Array2, ArrayD, Axis};
@@ -69,8 +71,10 @@ pub struct Scene {
     pub full_scale: f32,
     /// Readings without contact: one for all, or one per channel.
     pub rest: Vec<f32>,
-    /// True physical values by name, one per sample.
+    /// True physical values by name, one per sample; [`quantity_of`] says their units.
     pub truth: Vec<(String, Vec<f32>)>,
+    /// Whether each sample is one to test on, where the settings say so.
+    pub test: Option<Vec<bool>>,
     /// Labels of scenes with more than one attribute.
     pub attributes: Option<Attributes>,
 }
@@ -90,8 +94,8 @@ impl Scene {
         Sensor { rest: self.rest.clone(), ..Sensor::new(self.layout, self.full_scale) }
     }
 
-    /// Joins scenes, one after the other: each becomes a group, whatever groups it has. Pictures and true values are left out. None
-    /// without a scene, and for samples of several shapes.
+    /// Joins scenes, one after the other: each becomes a group, whatever groups it has. Pictures and marks for testing are left
+    /// out. None without a scene, and for samples of several shapes.
     pub fn joined(scenes: Vec<Scene>) -> Option<Self> {
         let numbered = scenes.iter().zip(0u32..);
         let group = numbered.flat_map(|(scene, number)| std::iter::repeat_n(number, scene.y.len())).collect();
@@ -101,10 +105,16 @@ impl Scene {
         let columns: Vec<_> =
             scenes.iter().filter_map(|scene| Some(scene.attributes.as_ref()?.y.view())).collect();
         let columns = ndarray::concatenate(Axis(0), &columns).ok();
-        let first = scenes.into_iter().next()?;
+        let mut scenes = scenes.into_iter();
+        let mut first = scenes.next()?;
+        for (at, (_, values)) in first.truth.iter_mut().enumerate() {
+            values.extend(
+                scenes.as_slice().iter().filter_map(|scene| scene.truth.get(at)).flat_map(|(_, next)| next),
+            );
+        }
         let named = first.attributes.zip(columns);
         let attributes = named.map(|(attributes, y)| Attributes { y, ..attributes });
-        Some(Scene { x, y, group, attributes, streams: vec![], truth: vec![], ..first })
+        Some(Scene { x, y, group, attributes, streams: vec![], test: None, ..first })
     }
 
     /// Breaks every sample by one fault; see [`Fault::apply`].

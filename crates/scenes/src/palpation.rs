@@ -191,6 +191,7 @@ impl Palpation {
             full_scale: LEVELS.get() as f32,
             rest: vec![0.0],
             truth: columns(&TRUTH, &truth),
+            test: None,
             attributes: None,
         })
     }

@@ -126,6 +126,7 @@ impl Vision {
             full_scale: 1.0,
             rest: vec![0.0],
             truth: columns(&Appearance::TRUTH, &truth),
+            test: None,
             attributes: None,
         })
     }

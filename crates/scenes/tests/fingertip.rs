@@ -285,6 +285,35 @@ fn hardness_may_be_continuous() {
 }
 
 #[test]
+fn hardnesses_of_the_last_samples_may_be_unseen_ones() {
+    let levels = Fingertip { shore: vec![0.0, 20.0, 40.0], ..Fingertip::default() };
+    let hands = Fingertip { between: Some([0.0, 40.0]), unseen: Some(0.25), ..levels.clone() };
+    let scene = hands.simulate(80, 1, &[]).unwrap();
+    let shore = truth(&scene, "shore");
+    assert_eq!(scene.test.as_deref().unwrap(), (0..80).map(|i| i >= 60).collect::<Vec<_>>());
+    assert!(shore[60..].iter().all(|s| s.fract() != 0.0 && (0.0..=40.0).contains(s)));
+    // The first are those of a world of levels alone.
+    let known = levels.simulate(60, 1, &[]).unwrap();
+    assert_eq!((&shore[..60], known.test.is_none()), (&truth(&known, "shore")[..], true));
+    assert_eq!(known.x, scene.x.slice_axis(Axis(0), (0..60).into()));
+    let refused = |hands: &Fingertip, samples| hands.simulate(samples, 0, &[]).unwrap_err().to_string();
+    for bad in [0.0, 1.0, -0.5, f32::NAN] {
+        let message = refused(&Fingertip { unseen: Some(bad), ..hands.clone() }, 80);
+        assert!(message.starts_with("unseen = ") && message.contains("above 0 and below 1"), "{message}");
+    }
+    assert!(refused(&Fingertip { between: None, ..hands.clone() }, 80).contains("between = [0, 40]"));
+    assert!(refused(&Fingertip { unseen: Some(0.01), ..hands }, 9).contains("simulate more"));
+}
+
+#[test]
+fn joined_worlds_keep_their_true_values() {
+    let worlds: Vec<Scene> = [1, 2, 3].map(|seed| simulate(FINGERTIP, 6, seed, &[]).unwrap()).to_vec();
+    let force = |scene: &Scene| truth(scene, "hold_force_n").to_vec();
+    let wanted: Vec<f32> = worlds.iter().flat_map(force).collect();
+    assert_eq!(force(&Scene::joined(worlds).unwrap()), wanted);
+}
+
+#[test]
 fn more_samples_than_memory_holds_are_refused_before_they_are_asked_for() {
     for samples in [10usize.pow(13), usize::MAX] {
         let error = simulate("fingertip", samples, 0, &[]).unwrap_err().to_string();

@@ -164,7 +164,7 @@ fn gathered(
         network: context.name.into(),
         source: case.results.source.to_string(),
         samples: context.dataset.len(),
-        protocol: protocol.words(),
+        protocol: protocol.words(&context.dataset.task()),
         parts: outers.len(),
         inner: outers.iter().map(|outer| outer.inner.len()).max().unwrap_or(0),
         primary: context.primary.clone(),

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 use taxel_base::names::unknown;
-use taxel_data::{Layout, ReadOptions};
+use taxel_data::{Layout, ReadOptions, TargetNames};
 use taxel_learn::{Check, Problem, require, within};
 use toml::{Table, Value};
 
@@ -64,6 +64,9 @@ pub struct SceneOrigin {
     /// Recordings to simulate, 1 to 10 million. Default 1500.
     #[serde(default = "samples")]
     pub samples: usize,
+    /// True values that are learned in place of the classes: `shore`, or several as a list.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub y: Option<TargetNames>,
     /// Settings of the scene.
     #[serde(default, skip_serializing_if = "Table::is_empty")]
     pub set: Table,
@@ -165,7 +168,14 @@ impl Data {
     /// A value outside its range.
     pub(crate) fn check(&self) -> Check {
         match &self.origin {
-            Origin::Scene(scene) => scene.check()?,
+            Origin::Scene(scene) => {
+                scene.check()?;
+                let is_of_values = scene.y.is_some();
+                let reason = "is for classes, and data.y learns true values of the scene; keep one of them";
+                require(!is_of_values || self.attributes.is_empty(), "attributes", "[..]", reason)?;
+                require(!is_of_values || self.classes.is_none(), "classes", "[..]", reason)?;
+                require(!is_of_values || self.look_alikes.is_empty(), "look_alikes", "{ .. }", reason)?;
+            }
             Origin::Recordings(recordings) => recordings.check(!self.attributes.is_empty())?,
         }
         if let Some(i) =

@@ -1,7 +1,10 @@
 //! The samples of an experiment: simulated or recorded.
 
-use taxel_data::{Attribute, Dataset, Labels, SampleSpec, Source, Targets, hash_words};
+use taxel_data::{
+    Attribute, Dataset, Labels, Quantity, SampleSpec, Source, TargetNames, Targets, hash_words,
+};
 use taxel_learn::Problem;
+use taxel_scenes::Scene;
 use toml::Value;
 
 use crate::data::{Data, Origin, SceneOrigin};
@@ -74,22 +77,69 @@ impl Experiment {
         let SceneOrigin { scene: name, samples, without, .. } = origin;
         let settings = taxel_scenes::Settings::read(name, Value::Table(self.scene_settings(origin)?))?;
         let seed = self.config().seed;
-        let mut dataset = match self.config().protocol.worlds() {
-            None => simulated(name, without, settings.simulate(*samples, seed, without)?),
+        let (truth, mut dataset) = match self.config().protocol.worlds() {
+            None => {
+                let mut scene = settings.simulate(*samples, seed, without)?;
+                (std::mem::take(&mut scene.truth), simulated(name, without, scene))
+            }
             Some((worlds, parts)) => {
                 let world = |number: usize| {
                     let seed = taxel_base::seed::derived(seed, &format!("world/{number}"));
                     settings.simulate(parts[0] + parts[1], seed, without)
                 };
                 let worlds = (0..worlds).map(world).collect::<taxel_scenes::Result<Vec<_>>>()?;
+                self.refuse_other_marks(&worlds, parts)?;
                 fresh_worlds(name, without, worlds, parts).ok_or_else(|| {
                     let reason = "worlds of this scene have samples of several shapes";
                     self.refuse(Problem::new("protocol.kind", "\"fresh\"", reason))
                 })?
             }
         };
+        if let Some(names) = &origin.y {
+            return self.with_truth(dataset, name, &truth, names);
+        }
         dataset.learn_attributes(attributes).map_err(|e| self.of_attributes(attributes, e))?;
         Ok(dataset)
+    }
+
+    /// Refuses a scene that marks other samples for testing than the protocol tests.
+    fn refuse_other_marks(&self, worlds: &[Scene], [train, test]: [usize; 2]) -> Result<()> {
+        let is_other = |scene: &Scene| {
+            let Some(marks) = &scene.test else { return false };
+            marks.iter().enumerate().any(|(row, mark)| *mark != (row >= train))
+        };
+        if !worlds.iter().any(is_other) {
+            return Ok(());
+        }
+        let share = test as f64 / (train + test) as f64;
+        let reason = format!("marks other samples for testing than protocol.test; say unseen = {share}");
+        Err(self.refuse(Problem::new("data.set.unseen", "..", reason)))
+    }
+
+    /// Puts true values of the simulated samples in the place of their classes.
+    fn with_truth(
+        &self,
+        dataset: Dataset,
+        scene: &str,
+        truth: &[(String, Vec<f32>)],
+        names: &TargetNames,
+    ) -> Result<Dataset> {
+        let (mut quantities, mut columns) = (vec![], vec![]);
+        for name in names.each() {
+            let Some((_, values)) = truth.iter().find(|(known, _)| known == name) else {
+                let hint = taxel_base::names::hint(name, truth.iter().map(|(known, _)| known.as_str()));
+                let reason = format!("is no true value of scene {scene}; {hint}");
+                return Err(self.refuse(Problem::new("data.y", format!("{name:?}"), reason)));
+            };
+            quantities.push(quantity(name));
+            columns.push(values);
+        }
+        let row = |at: usize| columns.iter().map(move |column| column[at]);
+        let values = (0..dataset.len()).flat_map(row).collect();
+        let refuse = |e: taxel_data::Error| {
+            self.refuse(Problem::new("data.y", format!("{:?}", names.each()), e.to_string()))
+        };
+        dataset.with_values(quantities, values).map_err(refuse)
     }
 
     /// Adds the key of the attributes to an error about them.
@@ -103,8 +153,14 @@ impl Experiment {
     }
 }
 
+/// Returns the quantity of a true value of a scene, with its unit.
+fn quantity(name: &str) -> Quantity {
+    let (name, unit) = taxel_scenes::quantity_of(name);
+    Quantity { name: name.into(), unit: unit.map(String::from) }
+}
+
 /// Makes a data set of simulated samples of the scene `name` without some of its effects.
-pub fn simulated(name: &str, without: &[String], scene: taxel_scenes::Scene) -> Dataset {
+pub fn simulated(name: &str, without: &[String], scene: Scene) -> Dataset {
     let digest = digest(&scene);
     let left_out = match without {
         [] => String::new(),
@@ -131,7 +187,7 @@ pub fn simulated(name: &str, without: &[String], scene: taxel_scenes::Scene) -> 
             columns,
             steps: None,
         },
-        official: None,
+        official: scene.test,
         groups: Some(scene.group),
         group_name: None,
         units: None,
@@ -148,18 +204,20 @@ pub fn simulated(name: &str, without: &[String], scene: taxel_scenes::Scene) -> 
 fn fresh_worlds(
     name: &str,
     without: &[String],
-    worlds: Vec<taxel_scenes::Scene>,
+    worlds: Vec<Scene>,
     [train, test]: [usize; 2],
-) -> Option<Dataset> {
+) -> Option<(Vec<(String, Vec<f32>)>, Dataset)> {
     let rows = worlds.len() * (train + test);
-    let mut dataset = simulated(name, without, taxel_scenes::Scene::joined(worlds)?);
+    let mut scene = Scene::joined(worlds)?;
+    let truth = std::mem::take(&mut scene.truth);
+    let mut dataset = simulated(name, without, scene);
     dataset.official = Some((0..rows).map(|row| row % (train + test) >= train).collect());
     dataset.group_name = Some("world".into());
-    Some(dataset)
+    Some((truth, dataset))
 }
 
 /// Returns the BLAKE3 hash of shape, values, labels and groups.
-fn digest(scene: &taxel_scenes::Scene) -> String {
+fn digest(scene: &Scene) -> String {
     let mut hasher = blake3::Hasher::new();
     for axis in scene.x.shape() {
         hasher.update(&(*axis as u64).to_le_bytes());

@@ -64,7 +64,7 @@ fn values_out_of_range_name_the_line_and_the_range() {
         (
             "samples = 60",
             "channels = [0]",
-            "tiny.toml:5:1: unknown field `channels`: did you mean `classes`? expected one of `scene`, `samples`, `set`, \
+            "tiny.toml:5:1: unknown field `channels`: did you mean `classes`? expected one of `scene`, `samples`, `y`, `set`, \
              `without`, `full_scale`, `layout`, `rate`, `each_frame`, `attributes`, `classes`, `look_alikes`\n  5 | channels = [0]",
         ),
         (
@@ -100,6 +100,16 @@ fn values_out_of_range_name_the_line_and_the_range() {
             "set = { shore = 1 }",
             "tiny.toml:5: data.set = { shore = 1 }: settings of scene fingertip: invalid type: integer `1`, expected \
              a sequence in `shore`",
+        ),
+        (
+            "samples = 60",
+            "y = \"shore\"\nclasses = [\"shore-00\"]",
+            "tiny.toml:6: data.classes = [..]: is for classes, and data.y learns true values of the scene",
+        ),
+        (
+            "samples = 60",
+            "set = { unseen = 0.5 }",
+            "tiny.toml:5: data.set = { unseen = 0.5 }: unseen = 0.5: needs the range",
         ),
         (
             "samples = 60",

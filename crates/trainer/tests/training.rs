@@ -7,7 +7,7 @@
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use taxel_data::{Dataset, Fold, Npz};
+use taxel_data::{Dataset, Fold, Npz, Quantity, Task};
 use taxel_learn::encoding::IMAGE;
 use taxel_learn::{Encoder, FoldKey, FoldRecord, Model, ResultsTable, RunFolder, RunOptions, Silent};
 use taxel_trainer::{Error, Experiment, Overrides, Runner};
@@ -422,6 +422,47 @@ fn classes_can_be_kept_and_look_alikes_are_told_apart() {
     let error = refusal(&[torn]);
     let want = format!("--set {torn}: data.look_alikes = \"shore-00\": must be in exactly one group");
     assert!(error.starts_with(&want), "{error}");
+}
+
+#[test]
+fn true_values_of_a_scene_are_learned_and_unseen_ones_tested() {
+    let sets = [
+        "data.y=shore",
+        "data.set={ shore = [0, 20, 40], between = [0, 40], unseen = 0.25 }",
+        "protocol={ kind = \"official\" }",
+        "baselines=[\"mean\", \"ridge\"]",
+        "networks=[]",
+    ];
+    let (_keep, folder) = run_tiny(&sets);
+    let results = folder.results().unwrap();
+    let shore = Quantity { name: "shore".into(), unit: Some("Shore A".into()) };
+    assert_eq!(results.task, Task::Values(vec![shore]));
+    let mae = |row: usize| results.networks[row].mean.as_ref().unwrap().get("mae").unwrap();
+    assert!(mae(1) < mae(0), "ridge {} mean {}", mae(1), mae(0));
+
+    let samples = experiment(TINY, &sets).dataset().unwrap();
+    let values = samples.targets.values().unwrap().values();
+    let is_level = |value: &f32| [0.0, 20.0, 40.0].contains(value);
+    let marks = samples.official.as_ref().unwrap();
+    assert!(values.iter().zip(marks).all(|(value, is_tested)| is_level(value) != *is_tested), "{values:?}");
+
+    // Levels without a unit, and the values of fresh worlds.
+    let two = ["data.scene=gripper", "data.y=hardness_level,stiffness_n_per_mm"];
+    let dataset = experiment(TINY, &two).dataset().unwrap();
+    assert_eq!(dataset.task().quantities()[0].unit, None);
+    assert_eq!(dataset.task().quantities()[1].unit.as_deref(), Some("N/mm"));
+    let fresh =
+        ["data.y=hold_force_n", "protocol={ kind = \"fresh\", train = 6, test = 3, repetitions = 2 }"];
+    assert_eq!(experiment(TINY, &fresh).dataset().unwrap().targets.values().unwrap().values().len(), 18);
+
+    let refused = |sets: &[&str]| experiment(TINY, sets).dataset().unwrap_err().to_string();
+    let error = refused(&["data.y=shor"]);
+    assert!(
+        error.contains("data.y = \"shor\": is no true value of scene fingertip; did you mean `shore`?"),
+        "{error}"
+    );
+    let marked = [fresh[1], "data.set={ between = [0, 40], unseen = 0.5 }"];
+    assert!(refused(&marked).contains("say unseen = 0.3333"), "{}", refused(&marked));
 }
 
 const IMAGES: &str = r#"

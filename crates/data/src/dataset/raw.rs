@@ -6,6 +6,7 @@ use crate::formats::table::options::TableOptions;
 use crate::length::ragged::Ragged;
 use crate::tare::Tare;
 use crate::targets::steps::StepTargets;
+use std::collections::BTreeMap;
 use taxel_base::Layout;
 
 /// The name of an array, and a number for each sample.
@@ -149,6 +150,18 @@ pub(crate) struct SampleFacts {
     pub channels: Option<Vec<String>>,
     /// Quantities of targets that are values, in the order of their columns.
     pub quantities: Option<Vec<Quantity>>,
+    /// Quantities of arrays that hold values beside the labels, by the name of the array.
+    pub values: BTreeMap<String, Quantity>,
+}
+
+impl SampleFacts {
+    /// Returns the quantities of arrays that hold values beside the labels; none where one of them is no such array.
+    pub fn values_of<'n>(&self, mut arrays: impl Iterator<Item = &'n str>) -> Option<Vec<Quantity>> {
+        arrays.try_fold(vec![], |mut named, array| {
+            named.push(self.values.get(array)?.clone());
+            Some(named)
+        })
+    }
 }
 
 /// Name of the file of arrays in a data set that is a folder.

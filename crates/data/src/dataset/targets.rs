@@ -128,6 +128,23 @@ impl Task {
         }
     }
 
+    /// Counts the outputs in words: `3 classes`, `1 quantity`.
+    pub fn counted(&self) -> String {
+        match (self.outputs(), self) {
+            (1, Task::Values(_)) => "1 quantity".into(),
+            (outputs, _) => format!("{outputs} {}", self.noun()),
+        }
+    }
+
+    /// Returns the noun of the parts that splits keep even: `class`, `combination of levels` or `part of the range`.
+    pub fn stratum(&self) -> &'static str {
+        match self {
+            Task::Classes(_) => "class",
+            Task::Levels(_) => "combination of levels",
+            Task::Values(_) => "part of the range",
+        }
+    }
+
     /// Returns the plural noun of the outputs: `classes`, `levels` or `quantities`.
     pub fn noun(&self) -> &'static str {
         match self {
@@ -327,6 +344,10 @@ mod tests {
             let text = serde_json::to_string(&task).unwrap();
             assert_eq!(serde_json::from_str::<Task>(&text).unwrap(), task, "{text}");
         }
+        assert_eq!(
+            (values(&[1.0]).task().counted().as_str(), values(&[1.0]).task().stratum()),
+            ("1 quantity", "part of the range")
+        );
         let mixed = r#"{"classes": ["a"], "quantities": [{"name": "force"}]}"#;
         assert!(serde_json::from_str::<Task>(mixed).is_err());
     }

@@ -28,7 +28,7 @@ pub(crate) fn read_labels(
     limits: &Limits,
     samples: usize,
 ) -> Result<StoredLabels> {
-    let wanted = "labels are whole numbers from 0: save y as an integer array";
+    let wanted = "labels are whole numbers from 0: save y as an integer array, or say task = \"values\" (--task values) if it is measured";
     let Column { values, columns } = column(archive, arrays, "y", wanted, limits)?;
     let columns = columns.ok_or_else(|| Error::Shape {
         at: archive.at(&arrays[0]),

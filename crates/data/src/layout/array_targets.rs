@@ -62,7 +62,8 @@ impl TargetArrays<'_> {
         // Who names classes or attributes means labels, however they are stored.
         let is_labelled =
             self.names.is_some() || options.attribute.is_some() || !options.attributes.is_empty();
-        if options.wants_values() {
+        let are_values = self.facts.values_of(self.arrays.iter().map(|halves| halves[0].as_str())).is_some();
+        if options.wants_values() || are_values && options.task.is_none() {
             return self.values(archive);
         }
         if is_labelled {

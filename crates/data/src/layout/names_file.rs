@@ -9,7 +9,7 @@ use crate::options::Limits;
 use crate::targets::quantities::named_after;
 use crate::{Error, Result};
 use serde_json::Value;
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 use taxel_base::Layout;
 
@@ -22,8 +22,8 @@ pub(crate) const NAMES: &str = "labels.json";
 /// a list of k such lists. An object may also give the source of the samples (`source`, a text: `simulated: fingertip`),
 /// their axes (`layout`: `series`, `image`, ...), the names of their channels (`channels`, a list), `unit` (a text), `rate`
 /// (a number, Hz) and highest value (`full_scale`, a number in that unit). [`convert`](crate::write::convert) also writes `group_array` and `test_array`,
-/// which name the arrays of groups and marks, and `origins`, which lists where each sample comes from. Other keys are for
-/// people and not read.
+/// which name the arrays of groups and marks, and `origins`, which lists where each sample comes from. `values` names the
+/// quantities of arrays that hold values beside the labels. Other keys are for people and not read.
 ///
 /// Where `needs_names`, a file of facts alone is refused.
 pub(crate) fn beside(
@@ -70,6 +70,9 @@ pub(crate) fn of_named(
 /// Returns the quantities of arrays or columns of values, each of so many numbers a row: as the file of names says, or by
 /// their own names.
 pub(crate) fn quantities(facts: &SampleFacts, arrays: &[(&str, usize)]) -> Result<Vec<Quantity>> {
+    if let Some(named) = facts.values_of(arrays.iter().map(|(name, _)| *name)) {
+        return Ok(named);
+    }
     let width: usize = arrays.iter().map(|(_, width)| width).sum();
     match &facts.quantities {
         None => Ok(named_after(arrays)),
@@ -142,6 +145,11 @@ fn facts(value: &Value, file: &str) -> Result<SampleFacts> {
         let wanted = "not a list such as [{ \"name\": \"force\", \"unit\": \"N\" }]";
         read.ok_or_else(|| refuse(key, given, wanted.into()))
     };
+    let values = |(key, given): (&'static str, &Value)| {
+        let read = serde_json::from_value::<BTreeMap<String, Quantity>>(given.clone());
+        let wanted = "not an object such as { \"force_n\": { \"name\": \"force\", \"unit\": \"N\" } }";
+        read.map_err(|_| refuse(key, given, wanted.into()))
+    };
     let layout = |(key, given): (&'static str, &Value)| {
         let known = || format!("none of {}", Layout::ALL.map(Layout::name).join(", "));
         let named = given.as_str().and_then(|name| name.parse::<Layout>().ok());
@@ -162,6 +170,7 @@ fn facts(value: &Value, file: &str) -> Result<SampleFacts> {
         origins: given("origins").map(texts).transpose()?,
         channels: given("channels").map(texts).transpose()?,
         quantities: given("quantities").map(quantities).transpose()?,
+        values: given("values").map(values).transpose()?.unwrap_or_default(),
     })
 }
 

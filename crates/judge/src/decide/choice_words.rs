@@ -322,7 +322,8 @@ fn circumstances(judgement: &Judgement) -> Vec<String> {
         words.push(format!("Too few groups ({groups}): intervals rest on what is usual within groups."));
     }
     if let Some(most) = judgement.networks.iter().filter_map(|n| n.results.per_class).max() {
-        words.push(format!("Only the rows with the most training samples per class ({most}) took part."));
+        let stratum = judgement.primary().stratum();
+        words.push(format!("Only the rows with the most training samples per {stratum} ({most}) took part."));
     }
     if judgement.results.task.attributes().len() > 1 {
         let names: Vec<String> = judgement.results.task.attributes().iter().map(|a| a.name.clone()).collect();

@@ -81,7 +81,7 @@ pub fn judge(case: &Case, options: &JudgeOptions) -> Result<Judgement> {
     };
     let results = Results { networks: vec![], ..case.results.clone() };
     Ok(Judgement {
-        protocol: results.protocol.words(),
+        protocol: results.protocol.words(&results.task),
         environment: case.folder.environment()?,
         judged_on: Environment::now(1, results.seed, &results.source, &results.data_digest),
         chance: chance(&case.dataset)?,

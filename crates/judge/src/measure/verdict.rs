@@ -26,7 +26,7 @@ pub(super) fn verdict(
         network.curves.iter().filter_map(|curve| Some((curve.breaks_at?, curve))).collect();
     broken.sort_by(|a, b| a.0.cmp(&b.0).then(loss(b.1).total_cmp(&loss(a.1))));
     let mut words = match broken.first() {
-        None => "keeps half of its margin above chance under every fault that was tried".to_string(),
+        None => format!("keeps half of its {} under every fault that was tried", primary.margin_of_chance()),
         Some((at, first)) => {
             let info = FaultInfo::of(first.fault);
             format!("breaks first under {} (severity {at}: {} {})", info.fault, info.level(*at), info.unit)

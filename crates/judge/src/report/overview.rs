@@ -118,7 +118,7 @@ fn side_by_side(entries: &[OverviewRun], of: SourceKind) -> Table {
     // One column for runs of one metric; of several each number names its own.
     let shared = primaries.first().cloned().filter(|first| primaries.iter().all(|primary| primary == first));
     let (chance, best) = match &shared {
-        Some(primary) => (primary.head_of("chance"), format!("its {}", primary.head())),
+        Some(primary) => (primary.head_of(primary.chance()), format!("its {}", primary.head())),
         None => ("chance".into(), "its score".into()),
     };
     let fields = match &shared {

@@ -104,14 +104,13 @@ impl PageParts<'_> {
 
     fn header(&self) -> Markup {
         let results = &self.judgement.results;
-        let what = results.task.noun();
         let unfinished = self.judgement.unfinished();
         html! {
             header {
                 p.kicker { "taxel report of " (results.name) " " (badge(self.judgement.kind())) }
                 h1 { (self.heading()) " " span.source { (results.source) } }
                 p {
-                    (results.samples) " samples, " (results.task.output_names().len()) " " (what) ". "
+                    (results.samples) " samples, " (results.task.counted()) ". "
                     (self.judgement.protocol) ", seed " (results.seed) "."
                 }
                 @if let Some(words) = self.diverged() {
@@ -363,7 +362,10 @@ fn facts(judgement: &Judgement) -> Vec<(String, String)> {
         ("Digest of the readings".into(), judgement.results.data_digest.clone()),
         ("Protocol".into(), format!("{}, seed {}", judgement.protocol, judgement.results.seed)),
         (primary.heading(), format!("mean over test parts; interval: {}", interval_words(judgement))),
-        ("Chance".into(), format!("{}: {}", primary.value(judgement.chance), primary.knowing_nothing())),
+        (
+            primary.chance_heading().into(),
+            format!("{}: {}", primary.value(judgement.chance), primary.knowing_nothing()),
+        ),
         (
             "Latency".into(),
             format!(

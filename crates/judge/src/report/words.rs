@@ -40,8 +40,8 @@ pub(super) fn stress_basis(stress: &Stress) -> String {
     let Stress { samples, of, range, chance, primary, .. } = stress;
     let part = if samples < of { format!("{samples} of {of}") } else { samples.to_string() };
     let whose = if range.from_samples { "of the samples; no full scale is known" } else { "of the sensor" };
-    let chance = primary.value(*chance);
-    format!("{part} test samples, full scale {} to {} ({whose}), chance {chance}", range.low, range.high)
+    let chance = format!("{} {}", primary.chance(), primary.value(*chance));
+    format!("{part} test samples, full scale {} to {} ({whose}), {chance}", range.low, range.high)
 }
 
 /// Says how often guards replace anything in samples that nobody broke.

@@ -300,6 +300,26 @@ impl Primary {
         }
     }
 
+    /// Returns what knowing nothing of the sample scores: chance, or of values the error of the mean.
+    pub fn chance(&self) -> &'static str {
+        if self.is_percent() { "chance" } else { "error of the mean" }
+    }
+
+    /// Returns the same at the beginning of a sentence.
+    pub fn chance_heading(&self) -> &'static str {
+        if self.is_percent() { "Chance" } else { "Error of the mean" }
+    }
+
+    /// Returns what a method is better by than knowing nothing.
+    pub fn margin_of_chance(&self) -> &'static str {
+        if self.is_percent() { "margin above chance" } else { "margin below the error of the mean" }
+    }
+
+    /// Returns the parts of which a learning curve takes so many samples each.
+    pub fn stratum(&self) -> &'static str {
+        if self.is_percent() { "class" } else { "part of the range" }
+    }
+
     /// Returns what a method does that knows nothing of the sample.
     pub fn knowing_nothing(&self) -> &'static str {
         if self.is_percent() { "always naming the commonest class" } else { "always giving the mean" }
@@ -356,6 +376,7 @@ mod tests {
         let (mae, accuracy) = (Primary::of(&Task::Values(vec![quantity])), Primary::default());
         assert_eq!((mae.loss(0.5), accuracy.loss(0.5)), (0.5, -0.5));
         assert_eq!((mae.losses([-1.0, 2.0]), accuracy.losses([-1.0, 2.0])), ([-1.0, 2.0], [-2.0, 1.0]));
+        assert_eq!((mae.chance(), accuracy.margin_of_chance()), ("error of the mean", "margin above chance"));
         assert_eq!((mae.share(5.0, 2.0), accuracy.share(5.0, 50.0)), (0.1, 5.0));
         assert_eq!((mae.value(0.4121), accuracy.value(93.52)), ("0.412 N".into(), "93.5 %".into()));
     }

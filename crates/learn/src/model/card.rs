@@ -345,7 +345,7 @@ impl Score {
             let unit = metric.unit_of(task).map_or(String::new(), |unit| format!(" {unit}"));
             Some(format!("{} {mean:.2}{spread}{unit}", metric.in_words()))
         });
-        let (said, protocol) = (said.collect::<Vec<_>>().join(", "), self.protocol.words());
+        let (said, protocol) = (said.collect::<Vec<_>>().join(", "), self.protocol.words(task));
         format!("{said} ({protocol}, {} folds of samples that were not trained on)", self.folds)
     }
 }

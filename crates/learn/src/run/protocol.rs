@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use taxel_data::{
-    Dataset, Fold, Shares, Targets, few_per_class, group_k_fold, random_group_split, random_split,
+    Dataset, Fold, Shares, Targets, Task, few_per_class, group_k_fold, random_group_split, random_split,
     stratified_k_fold,
 };
 
@@ -227,7 +227,7 @@ impl Protocol {
     }
 
     /// Describes the protocol in a few words, for captions: `stratified 5-fold, 2 repetitions`.
-    pub fn words(&self) -> String {
+    pub fn words(&self, task: &Task) -> String {
         let split = match self.split() {
             Split::Stratified => "stratified",
             Split::Group => "grouped",
@@ -243,7 +243,7 @@ impl Protocol {
                 format!("{split} random splits ({} test)", percent(*test))
             }
             Protocol::FewSamples { test, .. } => {
-                format!("few samples per class, {split} random {} test", percent(*test))
+                format!("few samples per {}, {split} random {} test", task.stratum(), percent(*test))
             }
             Protocol::LeaveGroupOut { .. } => "leave one group out".into(),
             Protocol::Official { .. } => "the data set's own split".into(),
@@ -284,8 +284,17 @@ impl Protocol {
     /// # Errors
     /// Groups or an official split that are not there, or too few samples or groups for the protocol.
     pub fn folds(&self, dataset: &Dataset, seed: u64, repetition: usize) -> Result<Vec<Fold>> {
+        let is_of_values = matches!(dataset.targets, Targets::Values(_));
         self.cuts(dataset, seed, repetition).map_err(|error| match error {
-            Error::Data(data) => data.with_names(&dataset.output_names()).into(),
+            Error::Data(data) => match *data {
+                taxel_data::Error::TooFewOfClass { samples, count, .. } if is_of_values => {
+                    let reason = format!(
+                        "a part of the range of the values has {samples} samples to train on; ask for fewer or record more"
+                    );
+                    Problem::new("protocol.per_class", count.to_string(), reason).into()
+                }
+                data => data.with_names(&dataset.output_names()).into(),
+            },
             other => other,
         })
     }
@@ -299,7 +308,7 @@ impl Protocol {
                 Ok(group_k_fold(grouped(units), y, *folds, seed, repetition)?)
             }
             Protocol::KFold { folds, .. } => match stratified_k_fold(y, *folds, seed, repetition, units) {
-                Err(taxel_data::Error::ClassTooSmall { .. }) if has_combinations(dataset) => {
+                Err(taxel_data::Error::ClassTooSmall { .. }) if has_rare_strata(dataset) => {
                     Ok(group_k_fold(&atoms(dataset, units), y, *folds, seed, repetition)?)
                 }
                 other => Ok(other?),
@@ -351,7 +360,7 @@ fn cut(
         return Ok(random_group_split(groups, y, shares, seed, repetition)?);
     }
     match random_split(y, shares, seed, repetition, units) {
-        Err(taxel_data::Error::ClassNotInPart { .. }) if has_combinations(dataset) => {
+        Err(taxel_data::Error::ClassNotInPart { .. }) if has_rare_strata(dataset) => {
             Ok(random_group_split(&atoms(dataset, units), y, shares, seed, repetition)?)
         }
         other => Ok(other?),
@@ -380,9 +389,9 @@ fn world(dataset: &Dataset, number: u32) -> Result<Fold> {
     Ok(Fold { train: of_world(whole.train), test: of_world(whole.test), validation: vec![] })
 }
 
-/// Checks whether the strata are combinations of levels: rare ones need not be in every part.
-fn has_combinations(dataset: &Dataset) -> bool {
-    matches!(dataset.targets, Targets::Levels(_))
+/// Checks whether the strata are combinations of levels or parts of a range: rare ones need not be in every part.
+fn has_rare_strata(dataset: &Dataset) -> bool {
+    matches!(dataset.targets, Targets::Levels(_) | Targets::Values(_))
 }
 
 /// Returns the smallest units of a split: exact copies, or each sample by itself.

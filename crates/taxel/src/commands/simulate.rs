@@ -1,10 +1,11 @@
 //! `taxel simulate`: a data set from a simulated world.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
-use taxel_data::Npz;
+use taxel_data::{Npz, Quantity};
 use taxel_faults::Fault;
 use taxel_scenes::Scene;
 
@@ -17,10 +18,11 @@ use crate::terminal::tables;
 
 /// Simulates recordings of a sensor, with labels, groups and true physical values.
 ///
-/// The .npz holds x, y, group and one array per true value; the names of the classes are in NAME.classes.json beside it.
-/// `taxel data check` and `taxel run --data` read both. The settings of the scenes:
+/// The .npz holds x, y, group and one array per true value; NAME.classes.json beside it has the names of the classes and the
+/// units of the values. `taxel data check` and `taxel run --data` read both, and learn a value where it is named: `--y shore`.
+/// The settings of the scenes:
 ///
-/// fingertip: shore=[0,10,20]; between=[0,30] (any hardness in the range); sessions=10.
+/// fingertip: shore=[0,10,20]; between=[0,30] (any hardness in the range); unseen=0.3 (of the last samples only); sessions=10.
 /// palpation: paper=002|003; subset=all|rigid|deformable|in-bag; frames=51; sessions=5.
 /// gripper: objects=["tennis","mask"] (default all 30); sessions=5. y is [N, 2]: elasticity, hardness.
 /// imprint: elements=128; view=0 (pixels of pictures that go with it); meshes=FOLDER.
@@ -95,7 +97,8 @@ impl Simulate {
         };
         let names = serde_json::json!({
             "classes": classes_of, "channels": scene.channel_names, "unit": scene.unit,
-            "full_scale": scene.full_scale, "layout": scene.layout, "source": source,
+            "full_scale": scene.full_scale, "layout": scene.layout, "source": source, "values": values(&scene),
+            "test_array": scene.test.is_some().then_some("test"),
         });
         let labels = output.with_extension("classes.json");
         write(&labels, Ok((serde_json::to_string_pretty(&names)? + "\n").into_bytes()))?;
@@ -138,7 +141,19 @@ fn arrays(scene: &Scene, n: usize) -> std::io::Result<Vec<u8>> {
     for (name, values) in &scene.truth {
         npz.add(name, &[n], values)?;
     }
+    if let Some(test) = &scene.test {
+        npz.add("test", &[n], &test.iter().copied().map(i64::from).collect::<Vec<_>>())?;
+    }
     npz.finish()
+}
+
+/// Returns the quantities of the true values, by array.
+fn values(scene: &Scene) -> BTreeMap<&str, Quantity> {
+    let quantity = |name| {
+        let (name, unit) = taxel_scenes::quantity_of(name);
+        Quantity { name: name.into(), unit: unit.map(String::from) }
+    };
+    scene.truth.iter().map(|(name, _)| (name.as_str(), quantity(name))).collect()
 }
 
 /// Adds the readings. Whole numbers of image sequences go as integers: a quarter or half the size of 32-bit floats.

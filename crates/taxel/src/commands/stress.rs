@@ -79,9 +79,10 @@ fn print(outcomes: &Tested) {
     let thinned = if samples < of { format!(" of {of}") } else { String::new() };
     let guessed = if range.from_samples { " (of the samples: no full scale is known)" } else { "" };
     outln!(
-        "{samples}{thinned} test samples, readings {} to {}{guessed}, chance {}",
+        "{samples}{thinned} test samples, readings {} to {}{guessed}, {} {}",
         range.low,
         range.high,
+        primary.chance(),
         primary.value(*chance)
     );
     outln!(

@@ -96,9 +96,9 @@ pub(super) fn few_samples(judgement: &Judgement) -> Option<Chart<'_>> {
     if curves.iter().all(|(_, points)| points.len() < 2) {
         return None;
     }
-    let heading = judgement.primary().heading();
+    let (heading, stratum) = (judgement.primary().heading(), judgement.primary().stratum());
     let reading = format!(
-        "{heading} against the number of training samples of each class; whiskers: 95 % interval. Dashed: baselines."
+        "{heading} against the number of training samples of each {stratum}; whiskers: 95 % interval. Dashed: baselines."
     );
     let draw = move |paint| draw_few(judgement, &curves, paint);
     Some(Chart::new(chart::FEW_SAMPLES, format!("{heading} with few samples"), reading, draw))
@@ -128,7 +128,8 @@ fn draw_few(judgement: &Judgement, curves: &[Curve], paint: Paint) -> Canvas {
     frame.draw_y(&mut canvas, tick);
     let counts: Vec<f64> = counts.into_iter().map(|count| count as f64).collect();
     frame.draw_x(&mut canvas, &counts, tick);
-    frame.titles(&mut canvas, "training samples of each class (log)", &primary.axis());
+    let stratum = primary.stratum();
+    frame.titles(&mut canvas, &format!("training samples of each {stratum} (log)"), &primary.axis());
     let y = frame.y.at(judgement.chance);
     canvas.line((64.0, y), (WIDTH - 24.0, y), Stroke::of(Ink::Muted, 1.0).dashed((2.0, 4.0)));
     for ((name, points), (_, look)) in curves.iter().zip(&names) {
@@ -137,7 +138,7 @@ fn draw_few(judgement: &Judgement, curves: &[Curve], paint: Paint) -> Canvas {
         canvas.path(known.iter().map(|(c, a, _)| frame.at(*c as f64, *a)).collect(), look.stroke(2.0));
         for (count, score, n) in known {
             let (x, y) = frame.at(count as f64, score);
-            let about = format!("{name}, {count} of each class: {}", primary.value(score));
+            let about = format!("{name}, {count} of each {stratum}: {}", primary.value(score));
             canvas.hover(&about, |canvas| {
                 if let Some([low, high]) = n.results.interval {
                     canvas.line((x, frame.y.at(low)), (x, frame.y.at(high)), Stroke::of(look.ink, 1.0));

@@ -19,9 +19,10 @@ const ENDS: (f64, f64) = (64.0, WIDTH - 24.0);
 pub(super) fn shares(judgement: &Judgement) -> Option<Chart<'_>> {
     let early = judgement.early.as_ref().filter(|early| !early.networks.is_empty())?;
     let reading = format!(
-        "{} against the share of a sample that is there: {}. Dashed lines: baselines; dotted: chance.",
+        "{} against the share of a sample that is there: {}. Dashed lines: baselines; dotted: {}.",
         judgement.primary().heading(),
-        early_basis(early)
+        early_basis(early),
+        judgement.primary().chance()
     );
     let title = format!("{} of early decisions", judgement.primary().heading());
     Some(Chart::new(chart::EARLY, title, reading, move |paint| draw(judgement, early, paint)))

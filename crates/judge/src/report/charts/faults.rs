@@ -20,9 +20,11 @@ const CELL: (f64, f64) = (282.0, 206.0);
 pub(super) fn curves(judgement: &Judgement) -> Option<Chart<'_>> {
     let stress = judgement.stress.as_ref().filter(|s| !s.faults.is_empty())?;
     let reading = format!(
-        "{} at each severity, from clean at the left; ringed: half of the margin above chance is gone. Dashed lines: \
-         baselines; dotted: chance. {}.",
+        "{} at each severity, from clean at the left; ringed: half of the {} is gone. Dashed lines: baselines; \
+         dotted: {}. {}.",
         stress.primary.axis_begins(),
+        stress.primary.margin_of_chance(),
+        stress.primary.chance(),
         stress_basis(stress)
     );
     let title = format!("{} under faults", stress.primary.heading());
@@ -117,10 +119,11 @@ fn small(
 pub(super) fn heat(judgement: &Judgement) -> Option<Chart<'_>> {
     let stress = judgement.stress.as_ref().filter(|s| !s.faults.is_empty())?;
     let reading = format!(
-        "{} in {}, mean over severities; the stronger the colour, the more. ✕3: from severity 3 on half of the margin \
-         above chance is gone.",
+        "{} in {}, mean over severities; the stronger the colour, the more. ✕3: from severity 3 on half of the {} \
+         is gone.",
         stress.primary.lost(true),
-        stress.primary.in_points()
+        stress.primary.in_points(),
+        stress.primary.margin_of_chance()
     );
     Some(Chart::new(chart::FAULT_LOSSES, "What each fault costs", reading, move |paint| {
         draw_heat(stress, paint)

@@ -152,7 +152,7 @@ fn reading(judgement: &Judgement, axis: &CostAxis, points: &[Point], printed: &[
                  them, so they are no points here.";
     }
     let chance = primary.value(judgement.chance);
-    text + &format!(" Chance, {}: {chance}.", primary.knowing_nothing())
+    text + &format!(" {}, {}: {chance}.", primary.chance_heading(), primary.knowing_nothing())
 }
 
 fn draw(
@@ -234,7 +234,7 @@ fn chance(canvas: &mut Canvas, frame: &PlotFrame, primary: &Primary, chance: f64
     if y < bottom - 1.0 && (primary.is_percent() || y > top) {
         canvas.line((AREA.0, y), (AREA.2, y), Stroke::of(Ink::Muted, 1.0).dashed((2.0, 4.0)));
         let look = TextStyle { ink: Ink::Muted, anchor: Anchor::Right, ..PLAIN };
-        canvas.text((AREA.2, y - 5.0), &format!("chance {}", primary.value(chance)), look);
+        canvas.text((AREA.2, y - 5.0), &format!("{} {}", primary.chance(), primary.value(chance)), look);
     }
 }
 

@@ -72,10 +72,9 @@ pub(super) fn losses(stress: &Stress) -> Table {
             None => Cell::number(None, show).and(String::new(), &[None]),
         }));
     }
-    let (lost, points) = (primary.lost(true), primary.in_points());
+    let (lost, points, margin) = (primary.lost(true), primary.in_points(), primary.margin_of_chance());
     let caption = format!(
-        "{lost} under each fault, {points}, mean over severities; ✕3: from severity 3 on half of the margin above \
-         chance is gone"
+        "{lost} under each fault, {points}, mean over severities; ✕3: from severity 3 on half of the {margin} is gone"
     );
     Table::new(table::FAULT_LOSSES, caption, columns, &stress.networks)
 }

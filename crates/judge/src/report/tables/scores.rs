@@ -298,7 +298,9 @@ pub(super) fn few_samples(judgement: &Judgement) -> Table {
         .collect();
     let columns = vec![
         Column::text("network", "network", |row: &Row| Cell::text(row.0)),
-        Column::count("training samples per class", "per_class", |row: &Row| row.1 as u64),
+        Column::count(&format!("training samples per {}", primary.stratum()), "per_class", |row: &Row| {
+            row.1 as u64
+        }),
         primary_column(&primary, |row: &Row| &row.2.results),
         spread_column(&primary, "repetitions", |row: &Row| &row.2.results),
     ];
