@@ -10,18 +10,24 @@ use faer::{Accum, ColRef, Mat, MatRef, Par, Side};
 ///
 /// Of n samples X `[n, width]` the leave-one-out errors need M = α (X Xᵀ + α)⁻¹. With as few samples as features M comes from
 /// that matrix; else from the smaller one of features, as M = 1 − X (Xᵀ X + α)⁻¹ Xᵀ. A constant feature without penalty, the
-/// intercept, takes 1/n off every value of M.
+/// intercept, takes 1/n off every value of M. With weights w rows are multiplied by r = √w, and it takes rᵢ rⱼ / Σw off Mᵢⱼ.
 pub(crate) struct Equations {
     /// `[n, width]`, each column with mean 0.
     rows: Mat<f64>,
-    /// Products of all pairs of samples, and 1 for the intercept, `[n, n]`; or of features, `[width, width]`. The lower half.
+    /// Products of all pairs of samples, and of their roots for the intercept, `[n, n]`; or of features, `[width, width]`. The
+    /// lower half.
     products: Mat<f64>,
+    /// Roots of the weights of the samples.
+    roots: Vec<f64>,
     is_of_samples: bool,
 }
 
 /// The equations with one penalty.
 pub(crate) struct Penalised<'a> {
     rows: &'a Mat<f64>,
+    roots: &'a [f64],
+    /// Sum of the weights.
+    whole: f64,
     alpha: f64,
     /// The inverse of the Cholesky factor.
     inverse: Mat<f64>,
@@ -38,17 +44,20 @@ pub(crate) struct Solved {
 }
 
 impl Equations {
-    /// Makes the equations of standardised features `[n, width]`.
-    pub fn new(rows: Mat<f64>) -> Self {
+    /// Makes the equations of standardised features `[n, width]`, whose rows are multiplied by the `roots` of their weights.
+    pub fn new(rows: Mat<f64>, roots: Vec<f64>) -> Self {
         let is_of_samples = rows.nrows() <= rows.ncols();
-        let (size, intercept) = if is_of_samples { (rows.nrows(), 1.0) } else { (rows.ncols(), 0.0) };
-        let mut products = Mat::full(size, size, intercept);
+        let mut products = if is_of_samples {
+            Mat::from_fn(rows.nrows(), rows.nrows(), |i, j| roots[i] * roots[j])
+        } else {
+            Mat::zeros(rows.ncols(), rows.ncols())
+        };
         let (whole, lower) =
             (triangular::BlockStructure::Rectangular, triangular::BlockStructure::TriangularLower);
         let (left, right) =
             if is_of_samples { (rows.as_ref(), rows.transpose()) } else { (rows.transpose(), rows.as_ref()) };
         triangular::matmul(&mut products, lower, Accum::Add, left, whole, right, whole, 1.0, Par::Seq);
-        Equations { rows, products, is_of_samples }
+        Equations { rows, products, roots, is_of_samples }
     }
 
     /// Adds a penalty. None if the products with it are not positive definite.
@@ -61,7 +70,8 @@ impl Equations {
         invert_lower_triangular(inverse.as_mut(), factor.L(), Par::Seq);
         drop(factor);
         let of_features = (!self.is_of_samples).then(|| product(inverse.as_ref(), self.rows.transpose()));
-        Some(Penalised { rows: &self.rows, alpha, inverse, of_features })
+        let whole = self.roots.iter().map(|root| root * root).sum();
+        Some(Penalised { rows: &self.rows, roots: &self.roots, whole, alpha, inverse, of_features })
     }
 }
 
@@ -85,7 +95,7 @@ impl Penalised<'_> {
     /// The error of sample i is (M targets)ᵢ / Mᵢᵢ.
     pub fn leave_one_out(&self, solved: &Solved) -> f64 {
         let squares = self.half().col_iter().map(|column| column.squared_norm_l2());
-        let pivots: Vec<f64> = squares.map(|square| self.pivot(square, true)).collect();
+        let pivots: Vec<f64> = squares.enumerate().map(|(i, square)| self.pivot(square, i, i)).collect();
         let of_output = |column: ColRef<f64>| {
             column.iter().zip(&pivots).map(|(value, pivot)| (value / pivot).powi(2)).sum::<f64>()
         };
@@ -98,7 +108,8 @@ impl Penalised<'_> {
         let half = self.half();
         let columns = Mat::from_fn(half.nrows(), rows.len(), |i, j| half[(i, rows[j])]);
         let products = product(columns.transpose(), columns.as_ref());
-        let block = Mat::from_fn(rows.len(), rows.len(), |i, j| self.pivot(products[(i, j)], i == j));
+        let block =
+            Mat::from_fn(rows.len(), rows.len(), |i, j| self.pivot(products[(i, j)], rows[i], rows[j]));
         let left = Mat::from_fn(rows.len(), solved.left.ncols(), |i, c| solved.left[(rows[i], c)]);
         block.partial_piv_lu().solve(left)
     }
@@ -116,12 +127,12 @@ impl Penalised<'_> {
         self.of_features.as_ref().unwrap_or(&self.inverse)
     }
 
-    /// Returns a value of M, of samples M/α, from the product of two columns of [`Penalised::half`].
-    fn pivot(&self, product: f64, is_same: bool) -> f64 {
-        let n = self.rows.nrows() as f64;
+    /// Returns a value of M, of samples M/α, from the product of the columns `i` and `j` of [`Penalised::half`].
+    fn pivot(&self, product: f64, i: usize, j: usize) -> f64 {
+        let intercept = self.roots[i] * self.roots[j];
         match self.of_features {
-            None => product - 1.0 / (n * (n + self.alpha)),
-            Some(_) => f64::from(u8::from(is_same)) - product - 1.0 / n,
+            None => product - intercept / (self.whole * (self.whole + self.alpha)),
+            Some(_) => f64::from(u8::from(i == j)) - product - intercept / self.whole,
         }
     }
 }

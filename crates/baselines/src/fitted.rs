@@ -47,14 +47,17 @@ impl Method {
         if y.len() != train.len() {
             return Err(Error::Labels { labels: y.len(), samples: train.len() });
         }
+        self.refuse_weights(train)?;
         if let Some(&label) = y.iter().find(|&&label| label as usize >= classes) {
             return Err(Error::Label { label, classes });
         }
         Ok(match *self {
             Method::Majority => {
                 let mut counts = vec![0.0; classes];
-                y.iter().for_each(|&label| counts[label as usize] += 1.0);
-                Fitted::Majority(counts.iter().map(|count| count / y.len() as f32).collect())
+                let weight = |row: usize| train.weights.map_or(1.0, |weights| weights[row]);
+                y.iter().enumerate().for_each(|(row, &label)| counts[label as usize] += weight(row));
+                let whole: f32 = (0..y.len()).map(weight).sum();
+                Fitted::Majority(counts.iter().map(|count| count / whole).collect())
             }
             Method::NearestNeighbours { k } => Fitted::Nearest(Nearest::fit(train, y, classes, k)?),
             Method::MiniRocket { features } => {
@@ -73,6 +76,16 @@ impl Method {
             }
             Method::Mean | Method::Ridge => return Err(self.refuse_classes()),
         })
+    }
+
+    /// Refuses weights that the method cannot take.
+    pub(crate) fn refuse_weights(&self, train: &Series) -> Result<()> {
+        match train.weights.filter(|_| !self.takes_weights()) {
+            Some(_) => {
+                Err(Error::setting("method", self.name(), "counts all samples alike and takes no weights"))
+            }
+            None => Ok(()),
+        }
     }
 
     fn refuse_classes(&self) -> Error {

@@ -134,6 +134,11 @@ impl Method {
         }
     }
 
+    /// Checks whether samples may have weights in training.
+    pub fn takes_weights(&self) -> bool {
+        matches!(self, Method::Majority | Method::Mean | Method::Ridge | Method::MiniRocket { .. })
+    }
+
     /// Checks whether it learns values.
     pub fn learns_values(&self) -> bool {
         !matches!(self, Method::Majority | Method::SvmLinear { .. } | Method::SvmRbf { .. })

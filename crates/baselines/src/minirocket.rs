@@ -219,7 +219,7 @@ impl MiniRocket {
             || self.rocket.work(),
             |work, (i, features)| self.rocket.shares(x.sample(i), work, features),
         );
-        Ok(FeatureMatrix { values, width })
+        Ok(FeatureMatrix::new(values, width).weighted(x.weights))
     }
 
     /// Computes [`MiniRocket::transform`] of one recording, channel after channel, in memory that

@@ -34,12 +34,25 @@ pub const ALPHAS: [f64; 10] = [
 pub struct FeatureMatrix {
     pub(crate) values: Vec<f32>,
     pub(crate) width: usize,
+    /// How much each row counts in a regression; none where all count alike.
+    weights: Option<Vec<f64>>,
 }
 
 impl FeatureMatrix {
     /// Makes a matrix of rows of `width` features.
     pub fn new(values: Vec<f32>, width: usize) -> Self {
-        FeatureMatrix { values, width }
+        FeatureMatrix { values, width, weights: None }
+    }
+
+    /// Returns the same features with weights for a regression, above 0: a row of weight 2 counts as much as two.
+    pub fn weighted(self, weights: Option<&[f32]>) -> Self {
+        let weights = weights.map(|weights| weights.iter().map(|weight| f64::from(*weight)).collect());
+        FeatureMatrix { weights, ..self }
+    }
+
+    /// Returns the weights of `n` rows.
+    fn weights(&self, n: usize) -> Vec<f64> {
+        self.weights.clone().unwrap_or_else(|| vec![1.0; n])
     }
 
     /// Returns the features, row after row.
@@ -90,12 +103,16 @@ impl Ridge {
             return Err(Error::setting("alphas", format!("{alphas:?}"), "must be positive numbers"));
         }
         let (n, classes, width) = (targets.nrows(), targets.ncols(), x.width);
-        let (rows, mean, sd) = standardised(x, n);
-        let offsets: Vec<f64> = targets.col_iter().map(|column| column.sum() / n as f64).collect();
+        let weights = x.weights(n);
+        let whole: f64 = weights.iter().sum();
+        let roots: Vec<f64> = weights.iter().map(|weight| weight.sqrt()).collect();
+        let (rows, mean, sd) = standardised(x, &weights);
+        let offsets = means(&targets, &weights);
         for (c, offset) in offsets.iter().enumerate() {
-            targets.col_as_slice_mut(c).iter_mut().for_each(|target| *target -= offset);
+            let column = targets.col_as_slice_mut(c).iter_mut().zip(&roots);
+            column.for_each(|(target, root)| *target = (*target - offset) * root);
         }
-        let equations = Equations::new(rows);
+        let equations = Equations::new(rows, roots);
         // So many factors are in memory at once, whatever the number of threads.
         let together = alphas.chunks(4).flat_map(|alphas| {
             let found = alphas.par_iter().map(|&alpha| {
@@ -123,7 +140,7 @@ impl Ridge {
             bias.push((offset - shift) as f32);
             weights.extend(unscaled.iter().map(|w| *w as f32));
         }
-        Ok(Ridge { alpha, error: error / (n * classes) as f64, width, weights, bias })
+        Ok(Ridge { alpha, error: error / (whole * classes as f64), width, weights, bias })
     }
 
     /// Computes decision values `[n, classes]` of the samples that it was fitted to, each by a ridge of the same penalty that has
@@ -155,11 +172,16 @@ impl Ridge {
         if x.width != self.width || x.values.len() != n * self.width || units.len() != n {
             return Err(refuse());
         }
-        let (rows, ..) = standardised(x, n);
-        let equations = Equations::new(rows);
+        let weights = x.weights(n);
+        if weights.len() != n {
+            return Err(refuse());
+        }
+        let roots: Vec<f64> = weights.iter().map(|weight| weight.sqrt()).collect();
+        let (rows, ..) = standardised(x, &weights);
+        let equations = Equations::new(rows, roots.clone());
         let penalised = equations.penalised(self.alpha).ok_or_else(refuse)?;
-        let mean: Vec<f64> = targets.col_iter().map(|column| column.iter().sum::<f64>() / n as f64).collect();
-        let centred = Mat::from_fn(n, classes, |i, c| targets[(i, c)] - mean[c]);
+        let mean = means(targets, &weights);
+        let centred = Mat::from_fn(n, classes, |i, c| (targets[(i, c)] - mean[c]) * roots[i]);
         let solved = penalised.solve(&centred);
         let mut members: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
         units.iter().enumerate().for_each(|(row, unit)| members.entry(*unit).or_default().push(row));
@@ -169,7 +191,7 @@ impl Ridge {
         for (rows, errors) in blocks.iter().zip(errors.collect::<Vec<_>>()) {
             for (at, row) in rows.iter().enumerate() {
                 for c in 0..classes {
-                    values[row * classes + c] = (targets[(*row, c)] - errors[(at, c)]) as f32;
+                    values[row * classes + c] = (targets[(*row, c)] - errors[(at, c)] / roots[*row]) as f32;
                 }
             }
         }
@@ -245,21 +267,34 @@ fn rows_of(values: &[f32], outputs: usize) -> Mat<f64> {
     Mat::from_fn(values.len() / outputs.max(1), outputs, |i, c| f64::from(values[i * outputs + c]))
 }
 
+/// Returns the weighted mean of each column.
+fn means(targets: &Mat<f64>, weights: &[f64]) -> Vec<f64> {
+    let whole: f64 = weights.iter().sum();
+    let mean = |column: faer::ColRef<f64>| {
+        column.iter().zip(weights).map(|(target, weight)| weight * target).sum::<f64>() / whole
+    };
+    targets.col_iter().map(mean).collect()
+}
+
 /// Returns the columns at mean 0 and deviation 1 `[n, width]`, and what was taken off and divided by. A constant column
-/// stays zero; as scikit-learn, one that varies less than its own rounding is constant.
-fn standardised(x: &FeatureMatrix, n: usize) -> (Mat<f64>, Vec<f64>, Vec<f64>) {
-    let width = x.width;
+/// stays zero; as scikit-learn, one that varies less than its own rounding is constant. Means and deviations are weighted, and
+/// rows are multiplied by the roots of their weights.
+fn standardised(x: &FeatureMatrix, weights: &[f64]) -> (Mat<f64>, Vec<f64>, Vec<f64>) {
+    let (width, n, whole) = (x.width, weights.len(), weights.iter().sum::<f64>());
+    let product = |(value, weight): (&f64, &f64)| weight * value;
     let mut rows = Mat::from_fn(n, width, |i, j| f64::from(x.values[i * width + j]));
     let (mut mean, mut sd) = (vec![0.0; width], vec![1.0; width]);
     for (j, (mean, sd)) in mean.iter_mut().zip(&mut sd).enumerate() {
         let column = rows.col_as_slice_mut(j);
-        *mean = column.iter().sum::<f64>() / n as f64;
+        *mean = column.iter().zip(weights).map(product).sum::<f64>() / whole;
         column.iter_mut().for_each(|value| *value -= *mean);
-        let deviation = (column.iter().map(|value| value * value).sum::<f64>() / n as f64).sqrt();
+        let squares = column.iter().zip(weights).map(|(value, weight)| weight * (value * value));
+        let deviation = (squares.sum::<f64>() / whole).sqrt();
         if deviation > 10.0 * f64::EPSILON * mean.abs() && deviation > 0.0 {
             *sd = deviation;
             column.iter_mut().for_each(|value| *value /= deviation);
         }
+        column.iter_mut().zip(weights).for_each(|(value, weight)| *value *= weight.sqrt());
     }
     (rows, mean, sd)
 }
@@ -317,7 +352,7 @@ mod tests {
                 (0..2 * n).map(|i| 5.0 + (i as f32 * 0.9).cos() * (i % 5) as f32).collect();
             let ridge = Ridge::fit(&x, &y, classes, &[0.1]).unwrap();
             let of_values = Ridge::fit_values(&x, &forces, 2, &[0.1]).unwrap();
-            let (rows, ..) = standardised(&x, n);
+            let (rows, ..) = standardised(&x, &vec![1.0; n]);
             for units in [(0..n as u32).collect::<Vec<_>>(), (0..n as u32).map(|i| i / 5).collect()] {
                 let left_out = ridge.left_out(&x, &y, &units).unwrap();
                 are_those_without(&left_out, &rows, &one_against_the_rest(&y, classes), &units, 1e-5);

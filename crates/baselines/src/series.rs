@@ -8,6 +8,8 @@ pub struct Series<'a> {
     pub(crate) values: &'a [f32],
     channels: usize,
     length: usize,
+    /// How much each recording counts in training; none where all count alike.
+    pub(crate) weights: Option<&'a [f32]>,
 }
 
 impl<'a> Series<'a> {
@@ -22,7 +24,21 @@ impl<'a> Series<'a> {
         }
         match values.iter().position(|v| !v.is_finite()) {
             Some(at) => Err(Error::NotFinite { sample: at / each, value: values[at] }),
-            None => Ok(Series { values, channels, length }),
+            None => Ok(Series { values, channels, length, weights: None }),
+        }
+    }
+
+    /// Returns the same recordings with weights for training: one of weight 2 counts as much as two of weight 1.
+    ///
+    /// # Errors
+    /// Another number of weights than recordings, or one that is not above 0 and finite.
+    pub fn weighted(self, weights: &'a [f32]) -> Result<Self> {
+        if weights.len() != self.len() {
+            return Err(Error::Labels { labels: weights.len(), samples: self.len() });
+        }
+        match weights.iter().find(|weight| !(**weight > 0.0 && weight.is_finite())) {
+            Some(weight) => Err(Error::setting("weight", weight, "must be above 0 and finite")),
+            None => Ok(Series { weights: Some(weights), ..self }),
         }
     }
 

@@ -60,7 +60,7 @@ pub(crate) fn each_recording<M>(
         .par_chunks_exact_mut(width)
         .enumerate()
         .for_each_init(memory, |memory, (i, row)| write(memory, x.sample(i), row));
-    FeatureMatrix::new(values, width)
+    FeatureMatrix::new(values, width).weighted(x.weights)
 }
 
 fn mean(channel: &[f32]) -> f64 {

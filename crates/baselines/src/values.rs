@@ -46,8 +46,9 @@ impl FittedValues {
         if let Some(at) = values.iter().position(|value| !value.is_finite()) {
             return Err(Error::Target { sample: at / outputs, value: values[at] });
         }
+        method.refuse_weights(train)?;
         Ok(match *method {
-            Method::Mean => FittedValues::Mean(mean(values, outputs)),
+            Method::Mean => FittedValues::Mean(mean(values, outputs, train.weights)),
             Method::Ridge => {
                 let ridge = Ridge::fit_values(&readings(train), values, outputs, &ALPHAS)?;
                 FittedValues::Ridge(train.shape(), ridge)
@@ -199,11 +200,13 @@ fn refusal(method: &Method) -> Error {
 /// Returns the readings of each recording as its features.
 fn readings(x: &Series) -> FeatureMatrix {
     let [channels, length] = x.shape();
-    FeatureMatrix::new(x.values.to_vec(), channels * length)
+    FeatureMatrix::new(x.values.to_vec(), channels * length).weighted(x.weights)
 }
 
-fn mean(values: &[f32], outputs: usize) -> Vec<f32> {
-    let n = (values.len() / outputs) as f64;
-    let column = |output: usize| values.iter().skip(output).step_by(outputs).map(|value| f64::from(*value));
-    (0..outputs).map(|output| (column(output).sum::<f64>() / n) as f32).collect()
+fn mean(values: &[f32], outputs: usize, weights: Option<&[f32]>) -> Vec<f32> {
+    let weight = |row: usize| weights.map_or(1.0, |weights| f64::from(weights[row]));
+    let whole: f64 = (0..values.len() / outputs).map(weight).sum();
+    let column = |output: usize| values.iter().skip(output).step_by(outputs).enumerate();
+    let sum = |output: usize| column(output).map(|(row, value)| weight(row) * f64::from(*value)).sum::<f64>();
+    (0..outputs).map(|output| (sum(output) / whole) as f32).collect()
 }

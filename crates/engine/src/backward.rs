@@ -16,17 +16,17 @@ use crate::workspace::Workspace;
 /// Values of the parameters' gradients that one worker adds up at a time.
 const PIECE: usize = 1 << 14;
 
-/// Computes the loss between every output of the last training pass over `n` samples and `targets`, which fit
-/// ([`crate::head::Head::check`]), and the gradients of all parameters that learn.
+/// Computes the loss between every output of the last training pass over `n` samples and the wanted targets, which fit
+/// ([`crate::head::Head::check`]), with the weights of the samples, and the gradients of all parameters that learn.
 pub(crate) fn backward(
     compiled: &Compiled,
     state: &EngineState,
     workspace: &mut Workspace,
     gradients: &mut Gradients,
     n: usize,
-    (loss, targets): (Loss, Targets),
+    wanted: (Loss, Targets, Option<&[f32]>),
 ) -> f32 {
-    let loss = enter_loss(compiled, workspace, gradients, loss, targets);
+    let loss = enter_loss(compiled, workspace, gradients, wanted);
     start(compiled, state, workspace, gradients);
     let mut pass = BackwardPass { compiled, state, workspace, gradients, n };
     compiled.plan.backward.iter().for_each(|phase| pass.run(phase));
@@ -39,14 +39,13 @@ fn enter_loss(
     compiled: &Compiled,
     workspace: &Workspace,
     gradients: &mut Gradients,
-    loss: Loss,
-    targets: Targets,
+    (loss, targets, weights): (Loss, Targets, Option<&[f32]>),
 ) -> f32 {
     let Gradients { parts, outputs, .. } = gradients;
     let mut sum = 0.0;
     for (number, (head, gradient)) in compiled.heads.iter().zip(outputs).enumerate() {
         let (len, values) = (head.len(), workspace.output(number));
-        sum += head.loss(loss, values, targets, &mut gradient[..values.len()]);
+        sum += head.loss((loss, targets, weights), values, &mut gradient[..values.len()]);
         let buffer = compiled.places.places[head.slot].buffer;
         for (part, memory) in workspace.parts.iter().zip(&mut *parts) {
             let (from, len) = (part.first * len, part.count * len);

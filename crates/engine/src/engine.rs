@@ -129,15 +129,32 @@ impl Engine {
     /// # Errors
     /// No training pass before it, or targets that do not fit the batch or the loss; the pass stays usable.
     pub fn backward_with(&mut self, loss: Loss, targets: Targets) -> Result<f32> {
+        self.backward_of(loss, targets, None)
+    }
+
+    /// Computes the same with a weight for each sample: the loss is the mean of weight times loss, in PyTorch
+    /// `(weights * loss).mean()` with `reduction="none"`.
+    ///
+    /// # Errors
+    /// As [`Engine::backward_with`], and another number of weights than samples.
+    pub fn backward_weighted(&mut self, loss: Loss, targets: Targets, weights: &[f32]) -> Result<f32> {
+        self.backward_of(loss, targets, Some(weights))
+    }
+
+    fn backward_of(&mut self, loss: Loss, targets: Targets, weights: Option<&[f32]>) -> Result<f32> {
         let (compiled, model) = (&self.compiled, self.compiled.graph.name());
         let Some(n) = self.trained else {
             let reason = "backward needs a forward pass in training".into();
             return Err(Error::Batch { model: model.into(), reason });
         };
         compiled.heads.iter().try_for_each(|head| head.check(model, loss, n, targets))?;
+        if let Some(weights) = weights.filter(|weights| weights.len() != n) {
+            let reason = format!("{} weights for {n} samples", weights.len());
+            return Err(Error::Batch { model: model.into(), reason });
+        }
         self.trained = None;
         let (state, workspace, gradients) = (&self.state, &mut self.workspace, &mut self.gradients);
-        Ok(backward(compiled, state, workspace, gradients, n, (loss, targets)))
+        Ok(backward(compiled, state, workspace, gradients, n, (loss, targets, weights)))
     }
 
     /// Scales the gradients of the last [`Engine::backward`] so that the norm of all together is at most

@@ -64,10 +64,44 @@ impl Head {
         Ok(targets.check(model, loss, n, self.len())?)
     }
 
-    /// Returns the weighted loss of `values`, and writes its gradient.
-    pub fn loss(&self, loss: Loss, values: &[f32], targets: Targets, gradient: &mut [f32]) -> f32 {
+    /// Returns the loss of `values`, weighted as the graph says, and writes its gradient. Samples may have weights too.
+    pub fn loss(
+        &self,
+        (loss, targets, weights): (Loss, Targets, Option<&[f32]>),
+        values: &[f32],
+        gradient: &mut [f32],
+    ) -> f32 {
+        let loss = match weights {
+            None => self.mean(loss, values, targets, gradient),
+            Some(weights) => self.weighted(loss, values, targets, weights, gradient),
+        };
+        gradient.iter_mut().for_each(|g| *g *= self.weight);
+        self.weight * loss
+    }
+
+    /// Returns the mean over samples of weight times loss, and writes its gradient.
+    fn weighted(
+        &self,
+        loss: Loss,
+        values: &[f32],
+        targets: Targets,
+        weights: &[f32],
+        gradient: &mut [f32],
+    ) -> f32 {
+        let (each, mut sum) = (self.len(), 0.0);
+        let rows = values.chunks_exact(each).zip(gradient.chunks_exact_mut(each));
+        for (row, ((values, gradient), weight)) in rows.zip(weights).enumerate() {
+            let share = weight / weights.len() as f32;
+            sum += share * self.mean(loss, values, targets.row(row, weights.len()), gradient);
+            gradient.iter_mut().for_each(|g| *g *= share);
+        }
+        sum
+    }
+
+    /// Returns the mean loss of `values`, and writes its gradient.
+    fn mean(&self, loss: Loss, values: &[f32], targets: Targets, gradient: &mut [f32]) -> f32 {
         let width = self.len() / loss.outputs_per_target();
-        let loss = match targets {
+        match targets {
             Targets::Labels(labels) => loss::softmax_cross_entropy(values, self.len(), labels, gradient),
             Targets::Values(targets) => match loss {
                 Loss::SoftmaxCrossEntropy => {
@@ -82,9 +116,7 @@ impl Head {
                 }
                 Loss::Quantiles => loss::pinball(values, targets, width, &Loss::QUANTILES, gradient),
             },
-        };
-        gradient.iter_mut().for_each(|g| *g *= self.weight);
-        self.weight * loss
+        }
     }
 
     /// Gives some samples' gradient to their slot.

@@ -60,7 +60,18 @@ pub enum Targets<'a> {
     Values(&'a [f32]),
 }
 
-impl Targets<'_> {
+impl<'a> Targets<'a> {
+    /// Returns the targets of one of `n` samples.
+    pub fn row(&self, row: usize, n: usize) -> Targets<'a> {
+        match self {
+            Targets::Labels(labels) => Targets::Labels(&labels[row..row + 1]),
+            Targets::Values(values) => {
+                let each = values.len() / n.max(1);
+                Targets::Values(&values[row * each..(row + 1) * each])
+            }
+        }
+    }
+
     /// Refuses targets that do not suit `loss`, `n` samples and `outputs`; `model` names the network.
     ///
     /// # Errors

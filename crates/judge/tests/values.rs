@@ -156,7 +156,7 @@ fn speaks_of_errors(report: &taxel_judge::Report) {
         std::str::from_utf8(bytes).unwrap()
     };
     let page = file("report.html");
-    for words in ["MAE (N)", "MAE N [95 % interval]", "always giving the mean", "RMSE N", "quantities"] {
+    for words in ["MAE (N)", "MAE N [95 % interval]", "always giving the mean", "RMSE N", "1 quantity"] {
         assert!(page.contains(words), "{words}");
     }
     for words in ["ccuracy", "percentage points", " pp", "commonest class", "NaN"] {

@@ -11,6 +11,9 @@ use crate::data::{Data, Origin, SceneOrigin};
 use crate::error::{Error, Result};
 use crate::experiment::Experiment;
 
+/// True values of simulated samples by name.
+type TrueValues = Vec<(String, Vec<f32>)>;
+
 impl Experiment {
     /// Simulates or reads what the `[data]` table names.
     ///
@@ -190,6 +193,7 @@ pub fn simulated(name: &str, without: &[String], scene: Scene) -> Dataset {
         official: scene.test,
         groups: Some(scene.group),
         group_name: None,
+        weights: None,
         units: None,
         origins: (0..scene.y.len()).map(|i| format!("{name}[{i}]")).collect(),
         x: scene.x,
@@ -206,7 +210,7 @@ fn fresh_worlds(
     without: &[String],
     worlds: Vec<Scene>,
     [train, test]: [usize; 2],
-) -> Option<(Vec<(String, Vec<f32>)>, Dataset)> {
+) -> Option<(TrueValues, Dataset)> {
     let rows = worlds.len() * (train + test);
     let mut scene = Scene::joined(worlds)?;
     let truth = std::mem::take(&mut scene.truth);

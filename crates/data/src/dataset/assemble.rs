@@ -94,6 +94,7 @@ pub(crate) fn assemble(mut raw: Raw, options: &ReadOptions) -> Result<Checked> {
         official: official.map(|test| rows.of(|row| test[row])),
         groups,
         group_name,
+        weights: None,
         units: Some(rows.units()),
         origins: rows.origins(&raw),
         dropped,

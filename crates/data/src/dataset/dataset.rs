@@ -1,7 +1,7 @@
 //! The data set in memory.
 
 use crate::check::duplicates::units;
-use crate::dataset::digest::{RowHash, digest, hash_rows};
+use crate::dataset::digest::{RowHash, digest, hash_rows, with_weights};
 use crate::dataset::labels::Labels;
 use crate::dataset::sample_spec::SampleSpec;
 use crate::dataset::source::Source;
@@ -34,6 +34,8 @@ pub struct Dataset {
     pub groups: Option<Vec<u32>>,
     /// Name of the groups, such as `session` or `trial/12`.
     pub group_name: Option<String>,
+    /// How much each sample counts in training, above 0; none where all count alike.
+    pub weights: Option<Vec<f32>>,
     /// The unit of each sample, which [`stratified_k_fold`](crate::stratified_k_fold) keeps in one fold: the index, as
     /// read, of the first exact copy or, where [frames are samples](Dataset::each_frame), of the first frame of its
     /// recording. None where there can be no copies.
@@ -184,6 +186,7 @@ impl Dataset {
             official: self.official.as_ref().map(|test| rows.iter().map(|&row| test[row]).collect()),
             groups: self.groups.as_ref().map(take),
             group_name: self.group_name.clone(),
+            weights: self.weights.as_ref().map(|weights| rows.iter().map(|&row| weights[row]).collect()),
             units: self.units.as_ref().map(take),
             origins: rows.iter().map(|&row| self.origins[row].clone()).collect(),
             dropped: self.dropped.clone(),
@@ -196,9 +199,20 @@ impl Dataset {
         }
     }
 
-    /// Brings the digest up to date with samples, labels and groups.
+    /// Returns the weight of each sample, divided by the mean over `rows`; none where all count alike.
+    pub fn weights_over(&self, rows: &[usize]) -> Option<Vec<f32>> {
+        let weights = self.weights.as_ref()?;
+        let sum: f64 = rows.iter().map(|row| f64::from(weights[*row])).sum();
+        let mean = sum / rows.len().max(1) as f64;
+        Some(weights.iter().map(|weight| (f64::from(*weight) / mean) as f32).collect())
+    }
+
+    /// Brings the digest up to date with samples, labels, groups and weights.
     pub(crate) fn update_digest(&mut self) {
         self.digest = digest(&self.x, Some(&self.targets), self.groups.as_deref());
+        if let Some(weights) = &self.weights {
+            self.digest = with_weights(&self.digest, weights);
+        }
     }
 }
 

@@ -55,6 +55,14 @@ pub(crate) fn digest(x: &ArrayD<f32>, targets: Option<&Targets>, groups: Option<
     hasher.finalize().to_hex().to_string()
 }
 
+/// Returns the BLAKE3 of a digest and the weights of the samples.
+pub(crate) fn with_weights(digest: &str, weights: &[f32]) -> String {
+    let mut hasher = blake3::Hasher::new();
+    hasher.update(digest.as_bytes());
+    hash_words(&mut hasher, weights.iter().map(|weight| weight.to_le_bytes()));
+    hasher.finalize().to_hex().to_string()
+}
+
 /// Feeds four-byte words to the hasher in large pieces: many small ones are slow.
 pub fn hash_words(hasher: &mut blake3::Hasher, words: impl Iterator<Item = [u8; 4]>) {
     let mut buffer = [0; 1 << 14];

@@ -53,6 +53,7 @@ impl Dataset {
             official: None,
             groups: None,
             group_name: None,
+            weights: None,
             units: Some(duplicates::units(&row_hash)),
             origins: (0..samples).map(|i| format!("x[{i}]")).collect(),
             dropped: vec![],
@@ -179,6 +180,32 @@ impl Dataset {
     pub fn with_rest(mut self, rest: Vec<f32>) -> Self {
         self.spec.rest = Some(rest);
         self
+    }
+
+    /// Says how much each sample counts in training: only ratios matter, and one of weight 2 counts as much as two of weight 1.
+    /// Samples of weight 0 are left out.
+    ///
+    /// # Errors
+    ///
+    /// Another number of weights than samples, one that is negative or not finite, zeros alone.
+    pub fn with_weights(mut self, weights: &[f32]) -> Result<Self> {
+        refuse_length(&self.name, "weights", weights.len(), self.len())?;
+        let refuse = |value: String, wanted: &str| {
+            Err(Error::Fact { at: self.name.clone(), key: "weights", value, wanted: wanted.into() })
+        };
+        if let Some(weight) = weights.iter().find(|weight| !(**weight >= 0.0 && weight.is_finite())) {
+            return refuse(weight.to_string(), "which is negative, NaN or infinite");
+        }
+        let kept: Vec<usize> = (0..weights.len()).filter(|row| weights[*row] > 0.0).collect();
+        if kept.is_empty() {
+            return refuse("0".into(), "for every sample; give those that count a weight above 0");
+        }
+        if kept.len() < self.len() {
+            self = self.rows(&kept);
+        }
+        self.weights = Some(kept.into_iter().map(|row| weights[row]).collect());
+        self.update_digest();
+        Ok(self)
     }
 
     /// Says which samples the data set's authors test on.

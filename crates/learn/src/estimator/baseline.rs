@@ -63,6 +63,9 @@ impl Estimator for Baseline {
         if !of_values && !self.method.learns_classes() {
             return Some("learns values, and the targets are classes".into());
         }
+        if encoder.dataset().weights.is_some() && !self.method.takes_weights() {
+            return Some("counts all samples alike, and these have weights".into());
+        }
         let length = encoder.shape(SERIES).and_then(|shape| shape.last().copied()).unwrap_or(0);
         self.method.unfit(samples, length)
     }
@@ -186,7 +189,11 @@ impl FittedBaseline {
         let refuse = |source| Error::Baseline { baseline: method.name().into(), source };
         let shape = shape_of(&set.inputs[0].encoded)?;
         let (values, times) = recordings(set, baseline.faults.as_deref())?;
-        let train = Series::new(&values, shape[0], shape[1]).map_err(refuse)?;
+        let weights = set.weights().map(|weights| weights.repeat(times));
+        let mut train = Series::new(&values, shape[0], shape[1]).map_err(refuse)?;
+        if let Some(weights) = &weights {
+            train = train.weighted(weights).map_err(refuse)?;
+        }
         let mut goal = Goal::of(&set.dataset.targets, &set.fold.train);
         goal.repeat(times);
         let TrainingKey { seed, repetition, fold } = set.part;
@@ -338,7 +345,11 @@ impl Fitted for FittedBaseline {
         let rows = &set.fold.train;
         let mut values = vec![];
         set.inputs[0].encoded.gather(rows, &mut values);
-        let train = Series::new(&values, self.shape[0], self.shape[1]).map_err(refuse)?;
+        let weights = set.weights();
+        let mut train = Series::new(&values, self.shape[0], self.shape[1]).map_err(refuse)?;
+        if let Some(weights) = &weights {
+            train = train.weighted(weights).map_err(refuse)?;
+        }
         let [fitted] = self.each.as_slice() else { return Ok(None) };
         let units: Vec<u32> = match set.units {
             Some(units) => rows.iter().map(|row| units[*row]).collect(),

@@ -117,6 +117,14 @@ pub struct TrainingSet<'a> {
     pub cache: &'a FeatureCache,
 }
 
+impl TrainingSet<'_> {
+    /// Returns the weight of each training sample, 1 on average; none where all count alike.
+    pub(crate) fn weights(&self) -> Option<Vec<f32>> {
+        let all = self.dataset.weights_over(&self.fold.train)?;
+        Some(self.fold.train.iter().map(|row| all[*row]).collect())
+    }
+}
+
 /// The result of a training.
 pub struct Trained {
     /// The fitted estimator.

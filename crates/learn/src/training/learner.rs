@@ -58,6 +58,8 @@ pub(crate) struct Learner<'d> {
     /// The network in two, where tests may run one after the other.
     halves: Option<Halves>,
     feed: Feed<'d>,
+    /// How much each sample of the data set counts, 1 on average over the training samples; none where all count alike.
+    weights: Option<Vec<f32>>,
 }
 
 impl<'d> Learner<'d> {
@@ -113,6 +115,7 @@ impl<'d> Learner<'d> {
             first,
             halves: halves.filter(predict_alike),
             feed: Feed::new(graph, set.inputs)?.under(breaker).behind(features),
+            weights: dataset.weights_over(rows),
         })
     }
 
@@ -137,8 +140,12 @@ impl<'d> Learner<'d> {
             let logits = self.feed.train(&mut self.engine, rows, pass)?;
             let (sum, terms) = self.objective.score(logits, rows);
             (score, seen) = (score + sum, seen + terms);
-            let engine = &mut self.engine;
-            let mut backward = |loss, targets: Targets| engine.backward_with(loss, targets);
+            let of_row = |weights: &Vec<f32>| rows.iter().map(|row| weights[*row]).collect::<Vec<_>>();
+            let (engine, weights) = (&mut self.engine, self.weights.as_ref().map(of_row));
+            let mut backward = |loss, targets: Targets| match &weights {
+                Some(weights) => engine.backward_weighted(loss, targets, weights),
+                None => engine.backward_with(loss, targets),
+            };
             let loss = self.objective.backward(rows, self.set.teacher, &mut backward)?;
             if !loss.is_finite() {
                 return Err(self.diverged(epoch, number, loss, lr));

@@ -22,7 +22,7 @@ pub(crate) fn objective<'d>(
         }
         DatasetTargets::Values(values) => {
             let loss = recipe.loss_for(&dataset.task());
-            Box::new(ValueObjective::new(loss, graph, &dataset.targets, values, rows))
+            Box::new(ValueObjective::new(loss, graph, dataset, values, rows))
         }
     }
 }

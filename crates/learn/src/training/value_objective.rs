@@ -1,10 +1,10 @@
 //! The objective of a training on values, which a network learns scaled.
 
-use taxel_data::{Targets as DatasetTargets, Values};
+use taxel_data::{Dataset, Targets as DatasetTargets, Values};
 use taxel_graph::{Graph, Loss, Targets, Weights};
 
 use crate::error::Result;
-use crate::metrics::{Outcome, mean_sd, spread};
+use crate::metrics::{Outcome, spread};
 use crate::training::objective::{Backward, Objective, Taught};
 
 /// A loss with values as its targets.
@@ -23,21 +23,17 @@ pub(crate) struct ValueObjective<'d> {
 
 impl<'d> ValueObjective<'d> {
     /// Makes the objective on the training samples `rows`.
-    pub fn new(
-        loss: Loss,
-        graph: &Graph,
-        targets: &'d DatasetTargets,
-        values: &'d Values,
-        rows: &[usize],
-    ) -> Self {
+    pub fn new(loss: Loss, graph: &Graph, dataset: &'d Dataset, values: &'d Values, rows: &[usize]) -> Self {
         let (seen, width) = (values.of(rows), values.quantities().len());
+        let weights = dataset.weights_over(rows);
+        let weight = |row: usize| weights.as_ref().map_or(1.0, |weights| f64::from(weights[rows[row]]));
         let of_quantity = |at: usize| {
             let column: Vec<f64> = seen.iter().skip(at).step_by(width).map(|v| f64::from(*v)).collect();
-            let (mean, sd) = mean_sd(&column);
+            let (mean, sd) = weighted_mean_sd(&column, weight);
             (mean, sd.filter(|sd| *sd > 0.0).unwrap_or(1.0))
         };
         let scale = (0..width).map(of_quantity).collect();
-        ValueObjective { loss, targets, values, scale, share: graph.answering_share() }
+        ValueObjective { loss, targets: &dataset.targets, values, scale, share: graph.answering_share() }
     }
 
     /// Returns what each output of a network is multiplied by and moved by to be in its unit.
@@ -97,6 +93,14 @@ impl<'d> ValueObjective<'d> {
         }
         outputs.chunks_exact(each).flat_map(|row| &row[..quantities]).copied().collect()
     }
+}
+
+/// Computes mean and standard deviation of values whose weights are 1 on average; no deviation of a single value.
+fn weighted_mean_sd(values: &[f64], weight: impl Fn(usize) -> f64) -> (f64, Option<f64>) {
+    let n = values.len() as f64;
+    let mean = values.iter().enumerate().map(|(row, value)| weight(row) * value).sum::<f64>() / n;
+    let squares = values.iter().enumerate().map(|(row, value)| weight(row) * (value - mean).powi(2));
+    (mean, (values.len() > 1).then(|| (squares.sum::<f64>() / (n - 1.0)).sqrt()))
 }
 
 impl Objective for ValueObjective<'_> {
