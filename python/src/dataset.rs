@@ -144,6 +144,14 @@ impl Dataset {
         })
     }
 
+    /// Returns the same samples with a weight for each in training; those of weight 0 are left out.
+    fn with_weights(&self, py: Python<'_>, weights: Vec<f32>) -> PyResult<Self> {
+        short(py, || {
+            let dataset = taxel::Dataset::clone(&self.inner).with_weights(&weights).map_err(raised)?;
+            Ok(Dataset { inner: Arc::new(dataset) })
+        })
+    }
+
     /// Returns the samples of these rows, in this order.
     fn select(&self, py: Python<'_>, rows: Vec<usize>) -> PyResult<Self> {
         let n = self.inner.len();

@@ -207,10 +207,10 @@ def quantities_of(named: Any, width: int) -> list[tuple[str, str | None]]:
     return pairs
 
 
-def refuse_weights(weights: Any, samples: int) -> None:
-    """Refuses weights of samples other than equal ones, which change nothing."""
+def weights_of(weights: Any, samples: int) -> list[float] | None:
+    """Returns the weights of samples; none of equal ones, which change nothing."""
     if weights is None:
-        return
+        return None
     own = np.asarray(weights, dtype=np.float64)
     if own.shape not in ((), (samples,)):
         raise ValueError(f"sample_weight is one number for each of {samples} samples; it has shape {own.shape}")
@@ -218,11 +218,10 @@ def refuse_weights(weights: Any, samples: int) -> None:
         raise ValueError("sample_weight holds a number that is negative, NaN or infinite")
     if not own.any():
         raise ValueError("sample_weight is zero for every sample")
-    if own.ndim and (own != own[0]).any():
-        raise ValueError(
-            "samples cannot be weighed: training counts all alike, so only equal sample_weight is taken. Leave it out; repeat or "
-            "drop samples instead"
-        )
+    if not own.ndim or (own == own[0]).all():
+        return None
+    # Only ratios count, and float32 has no room for the largest numbers.
+    return (own / own.max()).tolist()
 
 
 def _name(label: Any) -> str:

@@ -9,7 +9,7 @@ from typing import Any, Mapping
 import numpy as np
 
 from . import _taxel
-from ._arrays import matched, order, readings, refuse_weights
+from ._arrays import matched, order, readings, weights_of
 from ._base import BaseEstimator, ClassifierMixin, NotFittedError, RegressorMixin
 from ._config import Networks
 from ._dataset import Dataset, of
@@ -29,13 +29,15 @@ class _Fitted(BaseEstimator):
 
         `y` are classes for classifiers: whole numbers or texts. For regressors they are numbers [samples], or [samples,
         quantities]. Nothing has to be scaled or encoded before. `groups` [samples] are kept together where samples are held
-        back for early stopping. Samples cannot be weighed: a `sample_weight` [samples] is taken if all are equal, and refused
-        with a ValueError if not. Ctrl-C ends the training with a KeyboardInterrupt.
+        back for early stopping. `sample_weight` [samples] says how much each counts in the loss of a network, or in the ridge of
+        MiniRocket: one of weight 2 as much as two, one of weight 0 not at all. Only ratios matter. Ctrl-C ends the training with a
+        KeyboardInterrupt.
         """
         facts = {"task": self._task, "layout": self.layout, "full_scale": self.full_scale, "groups": groups, "name": self.name}
         data = of(X, y, facts)
-        refuse_weights(sample_weight, len(data))
+        weights = weights_of(sample_weight, len(data))
         self._refuse(data)
+        native = data._native if weights is None else data._native.with_weights(weights)
         with Networks() as networks:
             config, name = self._config(networks)
             config.update(name="fit", seed=seed_of(self.random_state), data={"path": data.name})
@@ -45,7 +47,7 @@ class _Fitted(BaseEstimator):
                 _taxel.fit(
                     text(config),
                     f"taxel.{type(self).__name__}",
-                    data._native,
+                    native,
                     name,
                     self._threads(),
                     self.verbose,
