@@ -38,7 +38,7 @@ fn options_of_values_are_in_the_docs_as_they_are_written() {
     let text = fs::read_to_string(page).unwrap();
     let (_, table) = text.split_once("| in `[data]` | flag | means |").unwrap();
     let rows: Vec<&str> = table.lines().skip(2).take_while(|line| line.starts_with('|')).collect();
-    assert_eq!(rows.len(), 7);
+    assert_eq!(rows.len(), 8);
     for row in rows {
         let cells: Vec<&str> = row.split('|').map(|cell| cell.trim().trim_matches('`')).collect();
         let (key, value) = cells[1].split_once(" = ").unwrap();

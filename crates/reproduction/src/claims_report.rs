@@ -143,7 +143,7 @@ mod tests {
             [HOSTILE, "000", "Table 5", "does not hold", "holds"]
         );
         let all = rows("claims.csv");
-        assert_eq!((all[0].get(6), all[0].get(10)), (Some("does not hold"), Some("0.5")));
+        assert_eq!((all[0].get(6), all[0].get(10)), (Some("does not hold"), Some("-0.5")));
         assert_eq!(all[2].get(2), Some("nobody can test this"), "the file holds every claim");
     }
 }

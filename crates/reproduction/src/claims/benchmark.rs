@@ -50,7 +50,7 @@ pub(crate) struct Benchmark<'a> {
     pub look_alikes: Vec<Vec<u32>>,
     /// Confidence of the intervals.
     pub confidence: f64,
-    /// What the papers print.
+    /// Tables as the papers print them.
     pub printed: &'a Papers,
 }
 

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use taxel::judge::Effect;
 
-use super::claim::Verdict;
+use super::verdict::Verdict;
 
 /// Difference that is not worth naming where the paper prints none, in points or percent.
 pub(super) const POINT: f64 = 1.0;
@@ -11,7 +11,7 @@ pub(super) const POINT: f64 = 1.0;
 /// A comparison of a claim on a run, or over several.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Contrast {
-    /// What is compared, and its unit: `accuracy: a less b, points`.
+    /// The comparison and its unit: `accuracy: a less b, points`.
     pub effect: String,
     /// Size, in that unit.
     pub size: f64,

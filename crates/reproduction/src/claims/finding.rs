@@ -1,4 +1,4 @@
-//! What a test of a claim finds on a run.
+//! The result of testing a claim on a run.
 
 use super::benchmark::{Benchmark, RunNetwork};
 use super::contrast::Contrast;
@@ -11,7 +11,7 @@ pub(super) struct Finding {
     /// Bound above which a contrast supports the claim.
     pub least: f64,
     pub contrasts: Vec<Contrast>,
-    /// What the run lacks, where there is no contrast.
+    /// Things that the run lacks, where there is no contrast.
     pub lacks: Option<String>,
 }
 

@@ -4,6 +4,7 @@ mod benchmark;
 mod claim;
 mod contrast;
 mod finding;
+mod measure;
 mod palpation;
 mod papers;
 mod pooled;
@@ -12,13 +13,15 @@ mod questions;
 #[allow(clippy::unwrap_used)]
 mod tests;
 mod transfer;
+mod verdict;
 
 use benchmark::Benchmark;
-pub use claim::{Claim, Verdict};
+pub use claim::Claim;
 pub use contrast::Contrast;
+pub(crate) use measure::Measure;
 pub(crate) use papers::CLAIMS;
 pub(crate) use pooled::{Pooled, with_q};
-pub(crate) use questions::Measure;
+pub use verdict::Verdict;
 
 use taxel::judge::Case;
 use taxel::judge::Judgement;

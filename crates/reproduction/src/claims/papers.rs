@@ -2,10 +2,11 @@
 
 use super::benchmark::Benchmark;
 use super::finding::Finding;
+use super::measure::Measure;
 use super::palpation::{
     few_beat_many, margin_shrinks, three_beats_two, twins_told_apart, within_look_alikes,
 };
-use super::questions::{Measure, beats, close, commonest_error, larger_spread, smallest_spread};
+use super::questions::{beats, close, commonest_error, larger_spread, smallest_spread};
 use super::transfer::{
     early_layers_change_most, freezing_costs, resolution_matters, stitched, tuned_beats_frozen, tuned_close,
 };

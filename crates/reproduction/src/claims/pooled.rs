@@ -4,8 +4,9 @@ use taxel::data::SourceKind;
 use taxel::judge::Result;
 use taxel::judge::statistics::{false_discovery, random_effects};
 
-use super::claim::{Claim, Verdict};
+use super::claim::Claim;
 use super::contrast::{Contrast, weakest};
+use super::verdict::Verdict;
 
 /// A claim over all runs on one kind of data.
 #[derive(Debug, Clone, PartialEq)]

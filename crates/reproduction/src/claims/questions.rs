@@ -5,20 +5,10 @@ use taxel::learn::metrics::Confusion;
 use super::benchmark::{Benchmark, RunNetwork};
 use super::contrast::Contrast;
 use super::finding::{Finding, against_all, effects, lacks, not_worse};
+use super::measure::Measure;
 use taxel::judge::Result;
 use taxel::judge::statistics::{SpreadRatio, spread_ratio};
 use taxel::judge::{Effect, Predicted};
-
-/// The score that is compared.
-#[derive(Debug, Clone, Copy)]
-pub(crate) enum Measure {
-    /// Over all attributes.
-    Accuracy,
-    /// Accuracy on one attribute.
-    Attribute(&'static str),
-    /// Precision of the worst level of an attribute.
-    WorstPrecision(&'static str),
-}
 
 /// Tests that `one` is better than each of `others`.
 pub(super) fn beats(run: &Benchmark, one: &str, others: &[&str], measure: Measure) -> Result<Finding> {
