@@ -9,6 +9,7 @@ use crate::claims::{Claim, Contrast, Pooled, Verdict, with_q};
 use crate::error::{Error, Result};
 use crate::kept::{kind, merged, read, text};
 use crate::pages::{Pages, TITLES, cited, row};
+use crate::stitched::stitched;
 
 const KEPT: &str = "reference/claims.csv";
 const WHY: &str = "why.toml";
@@ -43,7 +44,12 @@ const KINDS: [SourceKind; 2] = [SourceKind::Simulated, SourceKind::Real];
 pub fn claims_page(pages: &Pages, claims: &[Claim]) -> Result<PathBuf> {
     let path = pages.file(KEPT);
     let kept = if path.exists() { read(&path)? } else { vec![] };
-    let all = merged(kept, claims, &path)?;
+    let mut all = merged(kept, claims, &path)?;
+    if let Some(stitched) = stitched(pages)? {
+        all.retain(|claim| claim.says != stitched.says);
+        all.push(stitched);
+        all = merged(all, &[], &path)?;
+    }
     let why: Why = pages.read(WHY)?;
     let page = page(pages, &all, &why.claims)?;
     pages.write(KEPT, &text(&all, &path)?)?;

@@ -51,6 +51,7 @@ mod papers_page;
 mod pins;
 mod printed;
 mod shrink_page;
+mod stitched;
 
 pub use claims::{Claim, Contrast, Verdict, claims};
 pub use claims_page::claims_page;

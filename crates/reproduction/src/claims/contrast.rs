@@ -1,5 +1,7 @@
 //! One comparison of a claim: its size, how sure it is, and what follows.
 
+use std::cmp::Ordering;
+
 use serde::{Deserialize, Serialize};
 use taxel::judge::Effect;
 
@@ -81,28 +83,22 @@ impl Contrast {
 /// Returns the contrast that comes nearest to refuting a claim: first one that does, then one that may, one without an
 /// interval, one that shows no difference, one that supports it; of alike ones the one with the lowest bound.
 pub(crate) fn weakest(least: f64, contrasts: &[Contrast]) -> Option<&Contrast> {
-    contrasts.iter().min_by(|a, b| {
-        strength(least, a).total_cmp(&strength(least, b)).then(low(least, a).total_cmp(&low(least, b)))
-    })
+    contrasts.iter().min_by(|a, b| by_strength(least, a, b))
 }
 
 /// Returns the contrast that comes nearest to supporting a claim.
 pub(super) fn strongest(least: f64, contrasts: &[Contrast]) -> Option<&Contrast> {
-    contrasts.iter().max_by(|a, b| {
-        strength(least, a).total_cmp(&strength(least, b)).then(low(least, a).total_cmp(&low(least, b)))
-    })
+    contrasts.iter().max_by(|a, b| by_strength(least, a, b))
 }
 
-fn strength(least: f64, contrast: &Contrast) -> f64 {
-    match contrast.verdict(least) {
-        Verdict::DoesNotHold => 0.0,
-        Verdict::TooFewData => 1.0,
-        Verdict::CannotBeTested => 2.0,
-        Verdict::NoDifference => 3.0,
-        Verdict::Holds => 4.0,
-    }
-}
-
-fn low(least: f64, contrast: &Contrast) -> f64 {
-    contrast.interval.map_or(least, |[low, _]| low)
+fn by_strength(least: f64, a: &Contrast, b: &Contrast) -> Ordering {
+    let rank = |contrast: &Contrast| match contrast.verdict(least) {
+        Verdict::DoesNotHold => 0,
+        Verdict::TooFewData => 1,
+        Verdict::CannotBeTested => 2,
+        Verdict::NoDifference => 3,
+        Verdict::Holds => 4,
+    };
+    let low = |contrast: &Contrast| contrast.interval.map_or(least, |[low, _]| low);
+    rank(a).cmp(&rank(b)).then(low(a).total_cmp(&low(b)))
 }

@@ -19,7 +19,7 @@ use benchmark::Benchmark;
 pub use claim::Claim;
 pub use contrast::Contrast;
 pub(crate) use measure::Measure;
-pub(crate) use papers::CLAIMS;
+pub(crate) use papers::{CLAIMS, STITCHED};
 pub(crate) use pooled::{Pooled, with_q};
 pub use verdict::Verdict;
 

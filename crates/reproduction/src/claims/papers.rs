@@ -46,6 +46,9 @@ const ELEMENTS: &str = "section 8, Tables 3 and 4";
 const FIG_6: &str = "section 5, Fig. 6";
 const LEVELS: &str = "section 5.2.1, Table 2";
 
+/// The claim that `scripts/stitch_experiment.py` answers.
+pub(crate) const STITCHED: &str = "The stitched network loses nothing against its parents";
+
 /// In the order of the papers.
 pub(crate) const CLAIMS: &[Definition] = &[
     claim("000", "section 5.1, Table 2", "1D beats 2D: Vgg6-Lite", |run, _| {
@@ -112,9 +115,7 @@ pub(crate) const CLAIMS: &[Definition] = &[
     claim("001", "section 7, Table 6", "Freezing layers 18 to 139 costs less than a point", |run, _| {
         freezing_costs(run, "18:139", 1.0)
     }),
-    claim("001", "section 7, Fig. 6", "The stitched network loses nothing against its parents", |run, _| {
-        stitched(run)
-    }),
+    claim("001", "section 7, Fig. 6", STITCHED, |run, _| stitched(run)),
     claim("001", ELEMENTS, "128 × 128 elements add tens of points to 16 × 16", |run, others| {
         resolution_matters(run, others, [16, 128], 10.0)
     }),
