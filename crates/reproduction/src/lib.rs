@@ -46,6 +46,7 @@ mod claims_report;
 mod error;
 mod kept;
 mod markdown;
+mod measure;
 mod pages;
 mod papers_page;
 mod pins;

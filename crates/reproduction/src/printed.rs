@@ -2,8 +2,8 @@
 
 use serde::Deserialize;
 
-use crate::claims::Measure;
 use crate::error::Result;
+use crate::measure::Measure;
 use crate::pages::Pages;
 
 /// The tables of all papers as they are printed, and the pages that have their rows: `papers.toml`.

@@ -42,5 +42,5 @@ pub use experiment::{Experiment, Overrides};
 pub use network::Network;
 pub use network_file::read_network;
 pub use run::{Runner, open, prepared, run};
-pub use samples::{simulate, simulated};
+pub use samples::{quantity, simulate, simulated};
 pub use variant::{Depth, Variant};

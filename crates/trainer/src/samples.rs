@@ -157,7 +157,7 @@ impl Experiment {
 }
 
 /// Returns the quantity of a true value of a scene, with its unit.
-fn quantity(name: &str) -> Quantity {
+pub fn quantity(name: &str) -> Quantity {
     let (name, unit) = taxel_scenes::quantity_of(name);
     Quantity { name: name.into(), unit: unit.map(String::from) }
 }

@@ -60,6 +60,11 @@ impl<'a> Predicted<'a> {
         })
     }
 
+    /// Returns the record of the whole fold.
+    pub fn record(self) -> &'a FoldRecord {
+        self.fold.record
+    }
+
     /// Returns the primary metric.
     pub fn score(self) -> f64 {
         let sum: f64 = self.rows.iter().filter_map(|&row| self.fold.terms.get(row)).sum();
@@ -141,7 +146,8 @@ impl Comparison {
         }
     }
 
-    fn records(&self, name: &str) -> &[FoldRecord] {
+    /// Returns the finished folds of a network; none of one that is not there.
+    pub fn records(&self, name: &str) -> &[FoldRecord] {
         self.networks.iter().find(|(known, _)| known == name).map_or(&[], |(_, records)| records)
     }
 

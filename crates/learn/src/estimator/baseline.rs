@@ -183,6 +183,16 @@ fn recordings(set: &TrainingSet, faults: Option<&TrainingFaults>) -> Result<(Vec
     Ok((values, 1 + faults.copies))
 }
 
+/// Returns recordings of a shape for training, with weights where they have some.
+fn series<'v>(
+    values: &'v [f32],
+    shape: [usize; 2],
+    weights: Option<&'v [f32]>,
+) -> taxel_baselines::Result<Series<'v>> {
+    let series = Series::new(values, shape[0], shape[1])?;
+    weights.map_or(Ok(series), |weights| series.weighted(weights))
+}
+
 impl FittedBaseline {
     fn fit(baseline: &Baseline, set: &TrainingSet) -> Result<Self> {
         let method = baseline.method;
@@ -190,10 +200,7 @@ impl FittedBaseline {
         let shape = shape_of(&set.inputs[0].encoded)?;
         let (values, times) = recordings(set, baseline.faults.as_deref())?;
         let weights = set.weights().map(|weights| weights.repeat(times));
-        let mut train = Series::new(&values, shape[0], shape[1]).map_err(refuse)?;
-        if let Some(weights) = &weights {
-            train = train.weighted(weights).map_err(refuse)?;
-        }
+        let train = series(&values, shape, weights.as_deref()).map_err(refuse)?;
         let mut goal = Goal::of(&set.dataset.targets, &set.fold.train);
         goal.repeat(times);
         let TrainingKey { seed, repetition, fold } = set.part;
@@ -346,10 +353,7 @@ impl Fitted for FittedBaseline {
         let mut values = vec![];
         set.inputs[0].encoded.gather(rows, &mut values);
         let weights = set.weights();
-        let mut train = Series::new(&values, self.shape[0], self.shape[1]).map_err(refuse)?;
-        if let Some(weights) = &weights {
-            train = train.weighted(weights).map_err(refuse)?;
-        }
+        let train = series(&values, self.shape, weights.as_deref()).map_err(refuse)?;
         let [fitted] = self.each.as_slice() else { return Ok(None) };
         let units: Vec<u32> = match set.units {
             Some(units) => rows.iter().map(|row| units[*row]).collect(),

@@ -2,7 +2,7 @@
 
 use taxel_data::TargetSteps;
 
-use crate::metrics::mean_sd;
+use crate::metrics::quantile;
 
 /// Events of recordings that were found or missed, and alarms where there was none.
 ///
@@ -21,7 +21,7 @@ use crate::metrics::mean_sd;
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Detections {
-    /// Of each event that was found, steps from its start.
+    /// Of each event that was found, steps from its start, ascending.
     delays: Vec<u32>,
     missed: usize,
     false_alarms: usize,
@@ -54,8 +54,8 @@ impl Detections {
     /// Returns the median over the events that were found of the steps from the start of an event to the first one that is
     /// called so. None where none was found.
     pub fn delay(&self) -> Option<f64> {
-        let (last, middle) = (self.delays.len().checked_sub(1)?, self.delays.len() / 2);
-        Some(mean_sd(&[f64::from(self.delays[last / 2]), f64::from(self.delays[middle])]).0)
+        let delays: Vec<f64> = self.delays.iter().copied().map(f64::from).collect();
+        (!delays.is_empty()).then(|| quantile(&delays, 0.5))
     }
 
     /// Returns the share of events of which no step is called so. None without events.

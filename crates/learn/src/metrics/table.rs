@@ -156,21 +156,21 @@ const OF_VALUES: &[Metric] = &[
         terms: Some(|outcome, width| {
             errors(outcome, width).iter().map(|row| mean_sd(&absolute(row)).0).collect()
         }),
-        ..Metric::of_values("mae", "MAE", MetricUnit::Quantity, Direction::Lower)
+        ..Metric::new("mae", "MAE", MetricUnit::Quantity, Direction::Lower)
     },
     Metric {
         of: |task, outcome| mean_over(task, outcome, |errors, _| mean_sd(&squares(errors)).0.sqrt()),
-        ..Metric::of_values("rmse", "RMSE", MetricUnit::Quantity, Direction::Lower)
+        ..Metric::new("rmse", "RMSE", MetricUnit::Quantity, Direction::Lower)
     },
     R2,
     Metric {
         of: |task, outcome| mean_over(task, outcome, |errors, _| within(errors, 0.5)),
         is_shown: false,
-        ..Metric::of_values("median_error", "median error", MetricUnit::Quantity, Direction::Lower)
+        ..Metric::new("median_error", "median error", MetricUnit::Quantity, Direction::Lower)
     },
     Metric {
         of: |task, outcome| mean_over(task, outcome, |errors, _| within(errors, 0.95)),
-        ..Metric::of_values("p95_error", "95 % of errors within", MetricUnit::Quantity, Direction::Lower)
+        ..Metric::new("p95_error", "95 % of errors within", MetricUnit::Quantity, Direction::Lower)
     },
     Metric { is_shown: false, ..RELATIVE_MAE },
 ];
@@ -180,7 +180,7 @@ const OF_MIXED_VALUES: &[Metric] = &[RELATIVE_MAE, R2];
 
 const R2: Metric = Metric {
     of: |task, outcome| mean_over(task, outcome, r_squared),
-    ..Metric::of_values("r2", "R²", MetricUnit::Number, Direction::Higher)
+    ..Metric::new("r2", "R²", MetricUnit::Number, Direction::Higher)
 };
 
 const RELATIVE_MAE: Metric = Metric {
@@ -197,7 +197,7 @@ const RELATIVE_MAE: Metric = Metric {
         };
         errors(outcome, width).iter().map(of_row).collect()
     }),
-    ..Metric::of_values("relative_mae", "relative MAE", MetricUnit::Range, Direction::Lower)
+    ..Metric::new("relative_mae", "relative MAE", MetricUnit::Range, Direction::Lower)
 };
 
 /// Returns the metrics of a task; the first is its primary one, which choices go by.
@@ -241,10 +241,13 @@ pub(crate) fn metric_names() -> impl Iterator<Item = &'static str> {
 }
 
 impl Metric {
-    const fn of_labels(name: &'static str, title: &'static str) -> Self {
-        let (unit, direction) = (MetricUnit::Percent, Direction::Higher);
+    const fn new(name: &'static str, title: &'static str, unit: MetricUnit, direction: Direction) -> Self {
         let (is_shown, is_of_events) = (true, false);
         Metric { name, title, unit, direction, is_shown, is_of_events, of: |_, _| Ok(0.0), terms: None }
+    }
+
+    const fn of_labels(name: &'static str, title: &'static str) -> Self {
+        Metric::new(name, title, MetricUnit::Percent, Direction::Higher)
     }
 
     const fn of_events(
@@ -253,18 +256,7 @@ impl Metric {
         unit: MetricUnit,
         direction: Direction,
     ) -> Self {
-        let (is_shown, is_of_events) = (false, true);
-        Metric { name, title, unit, direction, is_shown, is_of_events, of: |_, _| Ok(0.0), terms: None }
-    }
-
-    const fn of_values(
-        name: &'static str,
-        title: &'static str,
-        unit: MetricUnit,
-        direction: Direction,
-    ) -> Self {
-        let (is_shown, is_of_events) = (true, false);
-        Metric { name, title, unit, direction, is_shown, is_of_events, of: |_, _| Ok(0.0), terms: None }
+        Metric { is_shown: false, is_of_events: true, ..Metric::new(name, title, unit, direction) }
     }
 
     /// Returns the metric by which methods for `task` are compared and chosen.

@@ -159,14 +159,13 @@ impl<'a> Benchmark<'a> {
 
     /// Describes the networks of these names that take no part: not in the run, or not trained.
     pub fn absent(&self, names: &[&str]) -> Vec<String> {
-        let one = |name: &&&str| match self.untrained.iter().find(|(entry, _)| entry.results().zoo == **name)
-        {
+        let one = |name: &str| match self.untrained.iter().find(|(entry, _)| entry.results().zoo == name) {
             Some((_, score)) => {
                 format!("{name} trained to its end (right on {score:.0} % of its training samples)")
             }
-            None => (**name).to_string(),
+            None => name.to_string(),
         };
-        names.iter().filter(|name| self.find(name).is_none()).map(|name| one(&name)).collect()
+        names.iter().copied().filter(|name| self.find(name).is_none()).map(one).collect()
     }
 
     /// Puts runs on the same samples, divided alike, together. Of two networks of one name the first stays.
@@ -229,7 +228,7 @@ impl<'a> Benchmark<'a> {
 
 /// Returns the mean accuracy on the training samples in the last epoch, in percent; none of a baseline.
 fn training_score(comparison: &Comparison, name: &str) -> Option<f64> {
-    let (_, records) = comparison.networks.iter().find(|(known, _)| known == name)?;
-    let last: Vec<f64> = records.iter().filter_map(|r| Some(r.epochs.last()?.train_score)).collect();
+    let records = comparison.records(name).iter();
+    let last: Vec<f64> = records.filter_map(|r| Some(r.epochs.last()?.train_score)).collect();
     (!last.is_empty()).then(|| last.iter().sum::<f64>() / last.len() as f64)
 }

@@ -2,7 +2,6 @@
 
 use super::benchmark::Benchmark;
 use super::finding::Finding;
-use super::measure::Measure;
 use super::palpation::{
     few_beat_many, margin_shrinks, three_beats_two, twins_told_apart, within_look_alikes,
 };
@@ -10,6 +9,7 @@ use super::questions::{beats, close, commonest_error, larger_spread, smallest_sp
 use super::transfer::{
     early_layers_change_most, freezing_costs, resolution_matters, stitched, tuned_beats_frozen, tuned_close,
 };
+use crate::measure::Measure;
 use taxel::judge::Result;
 
 /// A claim, and its test on a run.

@@ -1,11 +1,11 @@
 //! Tests that claims of any paper use: which network is better, closer, steadier, and what it mistakes for what.
 
+use crate::measure::Measure;
 use taxel::learn::metrics::Confusion;
 
 use super::benchmark::{Benchmark, RunNetwork};
 use super::contrast::Contrast;
 use super::finding::{Finding, against_all, effects, lacks, not_worse};
-use super::measure::Measure;
 use taxel::judge::Result;
 use taxel::judge::statistics::{SpreadRatio, spread_ratio};
 use taxel::judge::{Effect, Predicted};

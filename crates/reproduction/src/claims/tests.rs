@@ -3,7 +3,6 @@
 use super::benchmark::{Benchmark, RunNetwork};
 use super::claim::Claim;
 use super::finding::Finding;
-use super::measure::Measure;
 use super::palpation::{
     few_beat_many, margin_shrinks, three_beats_two, twins_told_apart, within_look_alikes,
 };
@@ -14,6 +13,7 @@ use super::transfer::{
     early_layers_change_most, freezing_costs, resolution_matters, tuned_beats_frozen, tuned_close,
 };
 use super::verdict::Verdict;
+use crate::measure::Measure;
 use crate::printed::Papers;
 use taxel::judge::Judged;
 use taxel_judge::synthetic::{Player, Setting, few_samples, player, random_splits, synthetic};

@@ -5,7 +5,7 @@ use super::contrast::Contrast;
 use super::finding::{Finding, accuracy, against_all, effects, lacks, not_worse};
 use taxel::judge::Effect;
 use taxel::judge::Result;
-use taxel::judge::statistics::{corrected_t, independent, ranks};
+use taxel::judge::statistics::{independent, ranks};
 use taxel::learn::FoldRecord;
 use taxel::learn::metrics::{mean_sd, t_quantile};
 use taxel::zoo::{Settings, find, matlab};
@@ -79,30 +79,22 @@ pub(super) fn early_layers_change_most(run: &Benchmark, zoo: &str) -> Result<Fin
     let Some(tuned) = run.full().find(is_tuned) else {
         return Ok(lacks(format!("{zoo} tuned from a checkpoint")));
     };
-    let records = run.comparison.networks.iter().find(|(name, _)| *name == tuned.name);
-    let records = records.map_or(&[][..], |(_, records)| records);
-    let found: Vec<f64> = records.iter().filter(|r| r.changes.len() > 3).map(earliness).collect();
-    if found.len() < 2 {
+    let trainings = run.comparison.records(&tuned.name).iter().filter_map(earliness).count();
+    if trainings < 2 {
         return Ok(lacks(format!("a second training of {zoo}: layers of one network are no sample")));
     }
-    let ratio = |r: &FoldRecord| r.index.len() as f64 / r.train_samples.max(1) as f64;
-    let overlap =
-        if run.is_fresh() { 0.0 } else { records.iter().map(ratio).sum::<f64>() / records.len() as f64 };
-    let test = corrected_t(&found, overlap, run.confidence)?;
-    let effect = Effect { size: test.mean, interval: test.interval, p: Some(test.p), error: None };
-    let text = format!(
-        "rank correlation of earliness and weight change, {} trainings of {}",
-        found.len(),
-        tuned.name
-    );
-    Ok(against_all(0.0, vec![Contrast { margin: None, ..Contrast::new(text, effect, effect) }]))
+    let text =
+        format!("rank correlation of earliness and weight change, {trainings} trainings of {}", tuned.name);
+    let contrast = run.contrast(text, &[&tuned.name], &|predicted| earliness(predicted[0].record()), 1)?;
+    Ok(against_all(0.0, contrast.map(|found| Contrast { margin: None, ..found }).into_iter().collect()))
 }
 
-/// Returns the rank correlation of how early a convolution comes and how much the training changed it.
-fn earliness(record: &FoldRecord) -> f64 {
+/// Returns the rank correlation of how early a convolution comes and how much the training changed it; none of three or
+/// fewer.
+fn earliness(record: &FoldRecord) -> Option<f64> {
     let changes: Vec<f64> = record.changes.iter().map(|layer| layer.change).collect();
     let depth: Vec<f64> = (0..changes.len()).map(|at| at as f64).collect();
-    -correlation(&ranks(&depth).0, &ranks(&changes).0)
+    (changes.len() > 3).then(|| -correlation(&ranks(&depth).0, &ranks(&changes).0))
 }
 
 /// Returns the rank correlation; 0 where either does not vary.

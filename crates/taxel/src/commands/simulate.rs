@@ -8,6 +8,7 @@ use clap::Args;
 use taxel_data::{Npz, Quantity};
 use taxel_faults::Fault;
 use taxel_scenes::Scene;
+use taxel_trainer::quantity;
 
 use crate::CommandResult;
 use crate::arrays::write;
@@ -149,10 +150,6 @@ fn arrays(scene: &Scene, n: usize) -> std::io::Result<Vec<u8>> {
 
 /// Returns the quantities of the true values, by array.
 fn values(scene: &Scene) -> BTreeMap<&str, Quantity> {
-    let quantity = |name| {
-        let (name, unit) = taxel_scenes::quantity_of(name);
-        Quantity { name: name.into(), unit: unit.map(String::from) }
-    };
     scene.truth.iter().map(|(name, _)| (name.as_str(), quantity(name))).collect()
 }
 

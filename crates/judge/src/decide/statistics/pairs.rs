@@ -49,7 +49,8 @@ pub fn corrected_t(differences: &[f64], test_to_train: f64, confidence: f64) -> 
         return Ok(PairedTest { mean, interval: none.then_some([0.0, 0.0]), p });
     }
     let error = sd * (1.0 / n + test_to_train).sqrt();
-    Ok(student(mean, error, n - 1.0, confidence))
+    let (interval, p) = student(mean, error, n - 1.0, confidence);
+    Ok(PairedTest { mean, interval: Some(interval), p })
 }
 
 /// Returns a difference of two independent estimates from the interval of each (Zou & Donner 2008; for shares
@@ -71,10 +72,11 @@ pub fn independent(a: (f64, [f64; 2]), b: (f64, [f64; 2])) -> Result<(f64, [f64;
     Ok((a - b, [a - b - down, a - b + up]))
 }
 
-fn student(mean: f64, error: f64, freedom: f64, confidence: f64) -> PairedTest {
+/// Returns the t interval of a mean with this standard error, and the two-sided p of no mean at all.
+pub(super) fn student(mean: f64, error: f64, freedom: f64, confidence: f64) -> ([f64; 2], f64) {
     let p = (2.0 * students_t(freedom).sf((mean / error).abs())).min(1.0);
     let half = t_quantile(freedom, (1.0 + confidence) / 2.0) * error;
-    PairedTest { mean, interval: Some([mean - half, mean + half]), p }
+    ([mean - half, mean + half], p)
 }
 
 #[expect(clippy::expect_used, reason = "callers have more values than they estimate")]

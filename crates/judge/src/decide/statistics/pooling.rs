@@ -1,9 +1,9 @@
 //! Effects of several runs together, and p-values of a whole page.
 
-use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
-use taxel_learn::metrics::t_quantile;
+use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::check::{check, check_share, refuse};
+use super::pairs::student;
 use crate::error::Result;
 
 /// An effect over several runs.
@@ -39,11 +39,8 @@ pub fn random_effects(effects: &[(f64, f64)], confidence: f64) -> Result<PooledE
     let (mean, total) = (weighted_mean(&sizes, &weights), weights.iter().sum::<f64>());
     let freedom = effects.len() as f64 - 1.0;
     let error = ((heterogeneity(effects, between) / freedom).max(1.0) / total).sqrt();
-    let half = t_quantile(freedom, (1.0 + confidence) / 2.0) * error;
-    #[expect(clippy::expect_used, reason = "there are two effects or more")]
-    let student = StudentsT::new(0.0, 1.0, freedom).expect("degrees of freedom above 0");
-    let p = (2.0 * student.sf((mean / error).abs())).min(1.0);
-    Ok(PooledEffect { mean, interval: [mean - half, mean + half], p, between })
+    let (interval, p) = student(mean, error, freedom, confidence);
+    Ok(PooledEffect { mean, interval, p, between })
 }
 
 fn weights(effects: &[(f64, f64)], between: f64) -> Vec<f64> {
