@@ -3,8 +3,8 @@
 //! [`load`] turns a `.npz`, a CSV table, a folder with `data.npz`, or a folder with one sub-folder per class
 //! into a [`Dataset`]; [`check`] reads the same layouts tolerantly and returns a [`Card`] of their content
 //! and their problems; [`stratified_k_fold`] and [`group_k_fold`]
-//! cut the samples into [`Fold`]s without cutting duplicates or groups; [`Augment`] reflects, moves, scales and turns
-//! training images.
+//! cut the samples into [`Fold`]s without cutting duplicates or groups; [`Augment`] changes training
+//! samples at random.
 //!
 //! [`Dataset::new`] takes arrays that are in memory already. Either way the facts stay with the samples: their axes, shape
 //! and unit ([`SampleSpec`]), whether they were simulated or recorded ([`Source`]), the meaning of their labels ([`Labels`]).
@@ -50,7 +50,7 @@ mod targets;
 mod unit;
 mod write;
 
-pub use augment::{Augment, Key, Warp};
+pub use augment::{Augment, Key, ReadingsChange, Warp};
 pub use check::beginning::{Beginning, EarlyClass};
 pub use check::card::{Card, ClassCount, Contradiction, GroupSummary};
 pub use check::drift::Drift;

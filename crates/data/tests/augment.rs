@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used)]
 
-use taxel_data::{Augment, Key, Warp};
+use taxel_data::{Augment, Key, Layout, Warp};
 
 const KEY: Key = Key { seed: 1, repetition: 0, fold: 2, epoch: 3, sample: 4 };
 const NOTHING: Warp =
@@ -119,6 +119,60 @@ fn impossible_amounts_name_the_key() {
     for scale in [[0.0, 1.0], [1.1, 0.9], [1.0, f64::INFINITY], [f64::NAN, 1.0]] {
         assert!(refused(Augment { scale, ..none }).starts_with("scale = ["), "{scale:?}");
     }
+    assert!(
+        refused(Augment { gain: [1.1, 0.9], ..none }).starts_with("gain = [1.1, 0.9]: must be [smallest")
+    );
+    assert!(refused(Augment { time_warp: [0.0, 1.0], ..none }).starts_with("time_warp = [0, 1]"));
+    assert!(
+        refused(Augment { jitter: 1.5, ..none }).starts_with("jitter = 1.5: must be a share of the range")
+    );
+    assert!(refused(Augment { time_shift: f64::NAN, ..none }).starts_with("time_shift = NaN"));
     let error = serde_json::from_str::<Augment>(r#"{"flip": true}"#).unwrap_err().to_string();
     assert!(error.contains("unknown field `flip`, expected one of `flip_rows`"), "{error}");
+}
+
+#[test]
+fn readings_change_by_draws_of_their_own() {
+    let all = Augment {
+        gain: [0.5, 2.0],
+        jitter: 0.1,
+        time_shift: 0.2,
+        time_warp: [0.8, 1.25],
+        ..Augment::default()
+    };
+    let draw = |augment: &Augment, key: Key| {
+        let change = augment.draw_readings(&key);
+        [change.gain, change.duration, change.shift, change.jitter]
+    };
+    assert_eq!(draw(&all, KEY), draw(&all, KEY));
+    assert_ne!(draw(&all, KEY), draw(&all, Key { epoch: 9, ..KEY }));
+    assert_eq!(draw(&Augment::default(), KEY), [1.0, 1.0, 0.0, 0.0]);
+    // One that is left out does not move the others.
+    let [_, duration, shift, jitter] = draw(&all, KEY);
+    assert_eq!(draw(&Augment { gain: [1.0, 1.0], ..all }, KEY), [1.0, duration, shift, jitter]);
+    let draws: Vec<[f64; 4]> = (0..4000).map(|sample| draw(&all, Key { sample, ..KEY })).collect();
+    for (of, low, high) in [(0, 0.5, 2.0), (1, 0.8, 1.25), (2, -0.2, 0.2)] {
+        let values: Vec<f64> = draws.iter().map(|draw| draw[of]).collect();
+        assert!(values.iter().all(|v| (low..=high).contains(v)));
+        // Factors are as often below 1 as above.
+        let middle = if of == 2 { 0.0 } else { 1.0 };
+        let below = values.iter().filter(|v| **v < middle).count();
+        assert!((1900..2100).contains(&below), "{below} of 4000");
+    }
+}
+
+#[test]
+fn keys_say_what_they_change() {
+    let none = Augment::default();
+    assert!(!none.changes_images() && !none.changes_readings());
+    assert!(Augment::tactnet().changes_images() && !Augment::tactnet().changes_readings());
+    let gain = Augment { gain: [0.5, 2.0], ..none };
+    assert!(gain.changes_readings() && !gain.changes_images());
+    let moved = Augment { time_shift: 0.1, ..none };
+    assert!(gain.check_layout(Layout::Features).is_ok() && moved.check_layout(Layout::Series).is_ok());
+    let error = moved.check_layout(Layout::Features).unwrap_err().to_string();
+    assert!(error.starts_with("time_shift = 0.1: moves readings in time"), "{error}");
+    // Settings of images are written as they were before readings had any.
+    let written = serde_json::to_value(Augment::tactnet()).unwrap();
+    assert_eq!(written.as_object().unwrap().len(), 5);
 }

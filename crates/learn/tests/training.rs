@@ -355,6 +355,32 @@ fn a_frozen_body_is_asked_once_and_nothing_else_changes() {
         ("alexnet", json!({ "hidden": 8, "dropout": 0.0 }), json!(["features", "classifier.1"])),
     ] {
         let dataset = imprints(36, if name == "alexnet" { 63 } else { 33 });
+/// Every key changes the training and no test sample; raw samples are encoded again.
+#[test]
+fn augmentation_changes_training_readings_alone() {
+    let dataset = presses(36, 20);
+    let go = |changes: Value| {
+        let mut settings = json!({ "epochs": 2, "optimizer": { "name": "sgdm", "lr": 1e-30 } });
+        settings.as_object_mut().unwrap().extend(changes.as_object().unwrap().clone());
+        let validation = CrossValidation::new(&dataset).protocol(Protocol::k_fold(2));
+        let (_keep, folder) = run(validation.candidate(mlp(&dataset, recipe(settings))));
+        record(&folder, &key("mlp", 0, 0))
+    };
+    let plain = go(json!({}));
+    let changes = [
+        json!({ "gain": [0.5, 2.0] }),
+        json!({ "jitter": 0.1 }),
+        json!({ "time_shift": 0.3 }),
+        json!({ "time_warp": [0.5, 2.0] }),
+    ];
+    for change in changes {
+        let (changed, again) = (go(json!({ "augment": change })), go(json!({ "augment": change })));
+        assert_ne!(plain.epochs[1].train_loss, changed.epochs[1].train_loss, "{change}");
+        assert_eq!(changed.epochs, again.epochs, "{change}");
+        assert_eq!(plain.outcome.outputs(), changed.outcome.outputs(), "{change}");
+    }
+}
+
         let go = |changes: Value| {
             let mut settings = json!({ "epochs": 2, "batch_size": 5, "frozen": frozen });
             settings.as_object_mut().unwrap().extend(changes.as_object().unwrap().clone());

@@ -274,12 +274,13 @@ impl Config {
     /// Checks a recipe against the experiment's samples.
     fn check_training(&self, recipe: &Recipe) -> Check {
         recipe.check()?;
-        let moves = recipe.augment.is_none() || self.encoding.is_warpable();
-        let reason = "moves pixels: it needs encoding.image of kind \"raw\" or \"frame\", or encoding.tensor";
-        require(moves, "augment", "{ .. }", reason)?;
-        let several = !self.data.attributes.is_empty() && recipe.loss == Some(Loss::SoftmaxCrossEntropy);
-        let reason = "several attributes (data.attributes) need \"multi-label-soft-margin\", \"hinge\" or \
-                      \"mean-squared-error\"";
+        let moves = recipe.augment.is_some_and(|augment| augment.changes_images());
+        let reason = "moves pixels: it needs encoding.image of kind \"raw\" or \"frame\", or encoding.tensor; \
+                      readings have \"gain\", \"jitter\", \"time_shift\" and \"time_warp\"";
+        require(!moves || self.encoding.is_warpable(), "augment", "{ .. }", reason)?;
+        let several = self.data.attributes.len() > 1 && recipe.loss == Some(Loss::SoftmaxCrossEntropy);
+        let reason = "several attributes (data.attributes) need \"multi-label-soft-margin\", \
+                      \"cumulative-logits\", \"hinge\" or \"mean-squared-error\"";
         require(!several, "loss", "\"softmax-cross-entropy\"", reason)
     }
 

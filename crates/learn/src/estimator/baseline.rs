@@ -16,9 +16,10 @@ use crate::metrics::Outcome;
 use crate::model::ModelKind;
 use crate::problem::{fault_problem, within};
 use crate::run::records::{Costs, FoldRecord};
-use crate::training::breaker::Breaker;
+use crate::training::feed::TrainingPass;
 use crate::training::hooks::Hooks;
 use crate::training::part::{TrainingKey, pool};
+use crate::training::raw_changes::RawChanges;
 
 /// A baseline with its settings.
 #[derive(Debug, Clone)]
@@ -171,13 +172,15 @@ fn recordings(set: &TrainingSet, faults: Option<&TrainingFaults>) -> Result<(Vec
     let mut values = vec![];
     series.encoded.gather(rows, &mut values);
     let Some(faults) = faults else { return Ok((values, 1)) };
-    let Some(mut breaker) = Breaker::new(faults, set.dataset, rows, &[series], set.part)? else {
+    let read = (set.dataset, rows.as_slice());
+    let Some(mut changes) = RawChanges::new(Some(faults), None, read, &[series], set.part)? else {
         return Ok((values, 1));
     };
     let clean = values.clone();
     for copy in 0..faults.copies {
         let mut faulty = [clean.clone()];
-        breaker.fill(rows, &format!("copy{copy}"), &mut faulty)?;
+        let pass = TrainingPass { occasion: &format!("copy{copy}"), augment: None };
+        changes.fill(rows, &pass, &mut faulty)?;
         values.extend_from_slice(&faulty[0]);
     }
     Ok((values, 1 + faults.copies))

@@ -12,7 +12,7 @@ use crate::error::{Error, Result};
 use crate::estimator::estimator::{Estimator, Fitted, Trained, TrainingSet};
 use crate::estimator::trainable::Trainable;
 use crate::model::{ModelKind, digest};
-use crate::problem::{Problem, require};
+use crate::problem::{Problem, augment_problem, require};
 use crate::run::records::{Change, Costs, FoldRecord};
 use crate::training::hooks::Hooks;
 use crate::training::network::{TrainedNetwork, Training};
@@ -57,8 +57,12 @@ impl Trainable {
     /// Refuses settings of `recipe` that the task or the encoding do not allow.
     fn check_recipe(&self, recipe: &Recipe, task: &Task, encoder: &Encoder) -> Result<()> {
         check_loss(recipe, task)?;
-        let reason = "moves pixels: it needs encoding.image of kind \"raw\" or \"frame\", or encoding.tensor";
-        require(recipe.augment.is_none() || encoder.is_warpable(), "augment", "{ .. }", reason)?;
+        let reason = "moves pixels: it needs encoding.image of kind \"raw\" or \"frame\", or encoding.tensor; \
+                      readings have \"gain\", \"jitter\", \"time_shift\" and \"time_warp\"";
+        if let Some(augment) = &recipe.augment {
+            require(!augment.changes_images() || encoder.is_warpable(), "augment", "{ .. }", reason)?;
+            augment.check_layout(encoder.dataset().spec.layout).map_err(augment_problem)?;
+        }
         if let Some(stopping) = &recipe.early_stopping {
             stopping.by.metric("train.early_stopping.by", task)?;
         }

@@ -6,8 +6,8 @@ use taxel_graph::Graph;
 
 use crate::encoding::{Encoded, Input};
 use crate::error::Result;
-use crate::training::breaker::Breaker;
 use crate::training::feature_cache::CachedFeatures;
+use crate::training::raw_changes::RawChanges;
 
 /// Gathers the rows of a batch into one slice per input of the graph.
 pub(crate) struct Feed<'a> {
@@ -15,8 +15,8 @@ pub(crate) struct Feed<'a> {
     /// Values beyond the edges of an input's images.
     outside: Vec<Option<&'a [f32]>>,
     batches: Vec<Vec<f32>>,
-    /// Breaks training samples, where that is asked for.
-    breaker: Option<Breaker<'a>>,
+    /// Changes raw training samples, where that is asked for.
+    changes: Option<RawChanges<'a>>,
     /// The frozen part of the network, where the engine has the rest alone.
     features: Option<CachedFeatures>,
 }
@@ -26,7 +26,7 @@ pub(crate) struct Feed<'a> {
 pub(crate) struct TrainingPass<'p> {
     /// Names the pass to the generator of faults.
     pub occasion: &'p str,
-    /// Random moves of images.
+    /// Random changes of samples.
     pub augment: Option<(&'p Augment, Key)>,
 }
 
@@ -50,12 +50,12 @@ impl<'a> Feed<'a> {
         }
         let outside = found.iter().map(|input| input.outside.as_deref()).collect();
         let inputs: Vec<&Encoded> = found.iter().map(|input| &*input.encoded).collect();
-        Ok(Feed { batches: vec![vec![]; inputs.len()], inputs, outside, breaker: None, features: None })
+        Ok(Feed { batches: vec![vec![]; inputs.len()], inputs, outside, changes: None, features: None })
     }
 
-    /// Returns the same feed, with training samples corrupted by `breaker`.
-    pub fn under(self, breaker: Option<Breaker<'a>>) -> Self {
-        Feed { breaker, ..self }
+    /// Returns the same feed, with raw training samples changed by `changes`.
+    pub fn under(self, changes: Option<RawChanges<'a>>) -> Self {
+        Feed { changes, ..self }
     }
 
     /// Returns the same feed, for an engine that learns from `features` in place of samples.
@@ -99,13 +99,12 @@ impl<'a> Feed<'a> {
         if self.features.is_some() {
             return self.forward(engine, rows, Mode::Train);
         }
-        let TrainingPass { occasion, augment } = pass;
         self.gather(rows);
-        if let Some(breaker) = &mut self.breaker {
-            breaker.fill(rows, occasion, &mut self.batches)?;
+        if let Some(changes) = &mut self.changes {
+            changes.fill(rows, &pass, &mut self.batches)?;
         }
         for ((input, outside), batch) in self.inputs.iter().zip(&self.outside).zip(&mut self.batches) {
-            let (Some((augment, key)), Some(outside)) = (augment, outside) else { continue };
+            let (Some((augment, key)), Some(outside)) = (pass.augment, outside) else { continue };
             let (&[channels, height, width, ref frames @ ..], len) = (input.shape(), input.len()) else {
                 continue;
             };

@@ -13,7 +13,6 @@ use crate::estimator::estimator::TrainingSet;
 use crate::estimator::trainable::Trainable;
 use crate::metrics::{Metric, Outcome};
 use crate::model::responder::Responder;
-use crate::training::breaker::Breaker;
 use crate::training::epoch::Epoch;
 use crate::training::feature_cache::{CachedFeatures, halves, is_norm, predict_alike, unchanged_nodes};
 use crate::training::feed::{Feed, TrainingPass, read_by};
@@ -21,6 +20,7 @@ use crate::training::hooks::Hooks;
 use crate::training::objective::Objective;
 use crate::training::objective_of::objective;
 use crate::training::part::TrainingKey;
+use crate::training::raw_changes::RawChanges;
 use crate::training::recipe::{BatchNorm, Recipe};
 
 /// Test samples that are gathered at a time.
@@ -95,10 +95,9 @@ impl<'d> Learner<'d> {
             }
             None => (Engine::new(graph, &weights, options)?, None, None),
         };
-        let breaker = match &recipe.faults {
-            Some(faults) => Breaker::new(faults, dataset, rows, &read_by(graph, set.inputs), set.part)?,
-            None => None,
-        };
+        let (faults, augment) = (recipe.faults.as_ref(), recipe.augment.as_ref());
+        let read = read_by(graph, set.inputs);
+        let changes = RawChanges::new(faults, augment, (dataset, rows), &read, set.part)?;
         let purpose = set.part.purpose(&format!("dropout/{}", graph.name()));
         Ok(Learner {
             network,
@@ -114,7 +113,7 @@ impl<'d> Learner<'d> {
             engine,
             first,
             halves: halves.filter(predict_alike),
-            feed: Feed::new(graph, set.inputs)?.under(breaker).behind(features),
+            feed: Feed::new(graph, set.inputs)?.under(changes).behind(features),
             weights: dataset.weights_over(rows),
         })
     }

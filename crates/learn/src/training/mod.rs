@@ -1,6 +1,5 @@
 //! The training of a network: batches, losses, optimisers, saved sessions.
 
-pub(crate) mod breaker;
 pub(crate) mod epoch;
 pub(crate) mod feature_cache;
 pub(crate) mod feed;
@@ -12,6 +11,7 @@ pub(crate) mod objective;
 pub(crate) mod objective_of;
 pub(crate) mod optimizer;
 pub(crate) mod part;
+pub(crate) mod raw_changes;
 pub(crate) mod recipe;
 pub(crate) mod schedule;
 pub(crate) mod session;

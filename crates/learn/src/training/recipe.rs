@@ -10,7 +10,7 @@ use taxel_faults::TrainingFaults;
 use taxel_graph::{Loss, Scheme};
 
 use crate::metrics::{Metric, metric_names, metrics};
-use crate::problem::{Check, Problem, fault_problem, require, share, within};
+use crate::problem::{Check, Problem, augment_problem, fault_problem, require, share, within};
 use crate::training::optimizer::Optimizer;
 use crate::training::schedule::Schedule;
 
@@ -187,7 +187,7 @@ pub struct Recipe {
     /// Treatment of the batch-norm statistics of frozen nodes: `kept` (default) or `renewed`.
     #[serde(skip_serializing_if = "crate::json_file::is_default")]
     pub frozen_statistics: FrozenStatistics,
-    /// Random changes to training images and tensors, anew in every epoch. Default nothing.
+    /// Random changes to training images, tensors and readings, anew in every epoch. Default nothing.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub augment: Option<Augment>,
     /// Faults that training samples meet, drawn anew in every epoch, before any encoding. Default none.
@@ -285,10 +285,8 @@ impl Recipe {
         self.optimizer.check().map_err(|problem| problem.below("optimizer"))?;
         self.schedule.check().map_err(|problem| problem.below("schedule"))?;
         self.check_targets()?;
-        if let Some(taxel_data::Error::Augment { key, value, expected }) =
-            self.augment.and_then(|augment| augment.check().err())
-        {
-            return Err(Problem::new(format!("augment.{key}"), value, expected));
+        if let Some(augment) = &self.augment {
+            augment.check().map_err(augment_problem)?;
         }
         if let Some(faults) = &self.faults {
             faults.check().map_err(fault_problem)?;
