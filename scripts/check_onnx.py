@@ -125,14 +125,15 @@ kind = "k-fold"
 folds = 2
 [train]
 epochs = 3
+loss = "LOSS"
 [[networks]]
 name = "NETWORK"
 """
 
 
-def trained(name, folder, binary):
+def trained(name, loss, folder, binary):
     """A model with its encoding: probabilities of raw readings against `taxel predict`."""
-    (folder / "small.toml").write_text(CONFIG.replace("NETWORK", name))
+    (folder / "small.toml").write_text(CONFIG.replace("NETWORK", name).replace("LOSS", loss))
     run(binary, "run", folder / "small.toml", "--output", folder / "run")
     run(binary, "fit", folder / "run", "--network", name, "--output", folder / "model.safetensors")
     run(binary, "simulate", "fingertip", "--samples", 20, "--seed", 7, "--output", folder / "new.npz")
@@ -168,10 +169,11 @@ def main():
                 failed.append(f"{name} ({runtime})")
         print(f"{name:20} {'  '.join(words)}", flush=True)
     if not args.networks:
-        for name in ("resnet8-lite-1d", "mlp"):
+        entropy = "softmax-cross-entropy"
+        for name, loss in (("resnet8-lite-1d", entropy), ("mlp", entropy), ("mlp", "cumulative-logits")):
             with tempfile.TemporaryDirectory() as folder:
-                gap, equal = trained(name, pathlib.Path(folder), args.binary)
-            print(f"{name:20} trained, raw readings: onnxruntime {gap:.1e}{'' if equal else ' another class'}", flush=True)
+                gap, equal = trained(name, loss, pathlib.Path(folder), args.binary)
+            print(f"{name:20} {loss}, trained, raw readings: onnxruntime {gap:.1e}{'' if equal else ' another class'}", flush=True)
             if not (gap <= TOLERANCE and equal):
                 failed.append(f"{name} (trained)")
     print(f"{len(names)} networks; largest differences: " + ", ".join(f"{runtime} {gap:.1e}" for runtime, gap in worst.items()))

@@ -4,7 +4,7 @@
 mod common;
 
 use common::{files, i64s, npz, samples};
-use taxel_data::{Card, Dataset, Error, Layout, ReadOptions, load};
+use taxel_data::{Card, Dataset, Error, Layout, ReadOptions, Task, load};
 use tempfile::tempdir;
 
 fn names(list: &[&str]) -> Vec<String> {
@@ -62,7 +62,7 @@ fn names_that_do_not_fit_the_columns_are_refused() {
         other => panic!("{other:?}"),
     };
     let message = one.learn_attributes(&names(&["kind", "size"])).map_err(reason).unwrap_err();
-    assert_eq!(message, "real: fruit has one label per sample; leave the key out");
+    assert_eq!(message, "real: fruit has one label per sample; one name makes levels of it");
     assert_eq!(one, fruit(), "unchanged");
     let mut two = two_columns();
     for list in [&["elasticity"][..], &["a", "b", "c"]] {
@@ -70,6 +70,16 @@ fn names_that_do_not_fit_the_columns_are_refused() {
         assert_eq!(message, "real: grasps has 2 columns of labels; name each of them");
     }
     assert_eq!(two, two_columns(), "unchanged");
+}
+
+#[test]
+fn one_name_makes_levels_of_classes() {
+    let (mut levels, classes) = (fruit(), fruit());
+    levels.learn_attributes(&names(&["ripeness"])).unwrap();
+    let Task::Levels(attributes) = levels.task() else { panic!("{:?}", levels.task()) };
+    assert_eq!((attributes.len(), attributes[0].name.as_str()), (1, "ripeness"));
+    assert_eq!(attributes[0].classes, classes.output_names());
+    assert_eq!(levels.targets.labels().unwrap().values(), classes.targets.labels().unwrap().values());
 }
 
 #[test]

@@ -20,7 +20,9 @@ pub(crate) fn mean_loss(outputs: &Tensor, loss: Loss, targets: Targets) -> Resul
                 Loss::SoftmaxCrossEntropy => {
                     (targets * log_softmax(outputs, D::Minus1)?)?.sum(D::Minus1)?.mean_all()?.neg()
                 }
-                Loss::MultiLabelSoftMargin => multi_label_soft_margin(outputs, &targets),
+                Loss::MultiLabelSoftMargin | Loss::CumulativeLogits => {
+                    multi_label_soft_margin(outputs, &targets)
+                }
                 Loss::Hinge => {
                     let sides = targets.affine(2.0, -1.0)?;
                     (outputs * sides)?.affine(-1.0, 1.0)?.relu()?.mean_all()

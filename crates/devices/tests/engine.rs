@@ -59,7 +59,7 @@ fn fresh(graph: &Graph) -> Weights {
 /// Labels smoothed and weighted: rows that do not add up to 1.
 #[test]
 fn soft_targets() {
-    for loss in [Loss::SoftmaxCrossEntropy, Loss::MultiLabelSoftMargin, Loss::Hinge] {
+    for loss in [Loss::SoftmaxCrossEntropy, Loss::MultiLabelSoftMargin, Loss::CumulativeLogits, Loss::Hinge] {
         compare_soft_targets(loss, 1.0);
     }
 }

@@ -107,7 +107,9 @@ impl Head {
                 Loss::SoftmaxCrossEntropy => {
                     loss::softmax_cross_entropy_soft(values, self.len(), targets, gradient)
                 }
-                Loss::MultiLabelSoftMargin => loss::multi_label_soft_margin(values, targets, gradient),
+                Loss::MultiLabelSoftMargin | Loss::CumulativeLogits => {
+                    loss::multi_label_soft_margin(values, targets, gradient)
+                }
                 Loss::Hinge => loss::hinge(values, targets, gradient),
                 Loss::MeanSquaredError => loss::mean_squared_error(values, targets, gradient),
                 Loss::Huber => loss::huber(values, targets, gradient),

@@ -14,6 +14,10 @@ pub enum Loss {
     SoftmaxCrossEntropy,
     /// `torch.nn.MultiLabelSoftMarginLoss`: −(t·log σ(x) + (1−t)·log σ(−x)), mean over samples and outputs.
     MultiLabelSoftMargin,
+    /// Of ordered classes: output k is the logit of "at least level k", and t is 1 for every level up to the labelled one. The loss
+    /// is that of [`Loss::MultiLabelSoftMargin`]; output 0 of an attribute says nothing. The probability of level k is
+    /// softmax(x₁ + … + xₖ), the likelihood of its code word (Cheng, Wang and Pollastri, IJCNN 2008).
+    CumulativeLogits,
     /// max(0, 1 − s·x) with s = 2t − 1, mean over samples and outputs: `sklearn.metrics.hinge_loss` of each class
     /// against the rest. With an L2 penalty the last linear layer is a linear support vector machine.
     Hinge,

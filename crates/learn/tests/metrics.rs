@@ -126,10 +126,15 @@ fn levels_agree_with_scikit_learn() {
         let attributes = levels.scores(&truth, &predicted).unwrap();
         assert_eq!(attributes.len(), 2);
         for (got, want) in attributes.iter().zip(case["attributes"].as_array().unwrap()) {
-            let LevelScores { scores, per_level, confusion, mean_absolute_error } = got;
+            let LevelScores { scores, per_level, confusion, mean_absolute_error, within_one } = got;
             same_scores("levels", scores, per_level, confusion, want);
             close("levels", *mean_absolute_error, want["mean_absolute_error"].as_f64().unwrap());
             assert!(*mean_absolute_error > 0.0);
+            let counts = confusion.counts();
+            let near =
+                |row: usize| counts[row].iter().enumerate().filter(move |(at, _)| at.abs_diff(row) <= 1);
+            let near: usize = (0..counts.len()).flat_map(near).map(|(_, count)| *count as usize).sum();
+            close("levels", within_one.unwrap(), near as f64 / (truth.len() / 2) as f64);
         }
         // Targets of the truth are predicted as the truth.
         assert_eq!(levels.predicted(&levels.targets(&truth)), truth);

@@ -238,6 +238,44 @@ fn several_attributes_are_learned_and_scored_level_by_level() {
     }
 }
 
+/// Levels that are learned by cumulative logits: as right, and never an answer whose probabilities do not add up to 1.
+#[test]
+fn ordered_levels_are_learned_by_cumulative_logits() {
+    let mut dataset = two_attributes();
+    dataset.learn_attributes(&["elasticity".to_string(), "hardness".to_string()]).unwrap();
+    let ordered =
+        json!({ "loss": "cumulative-logits", "epochs": 60, "optimizer": { "name": "adam", "lr": 0.02 } });
+    let (_keep, folder) = run(three_folds(&dataset, vec![mlp(&dataset, recipe(ordered))]));
+    let results = folder.results().unwrap();
+    let score = |name: &str| results.networks[0].score(name).unwrap();
+    assert!(score("accuracy") > 90.0 && score("within_one_level") > 95.0 && score("level_error") < 0.2);
+    let last = record(&folder, &key("mlp", 0, 1));
+    let train_score = last.epochs.last().unwrap().train_score;
+    assert!(train_score > 90.0, "{train_score}: the score of the training samples is that of their levels");
+    for row in last.outcome.outputs().chunks(7) {
+        let sums = [row[..3].iter().sum::<f32>(), row[3..].iter().sum()];
+        assert!(sums.iter().all(|sum| (sum - 1.0).abs() < 1e-5), "{sums:?}");
+    }
+    let predictions =
+        model(&folder, &key("mlp", 0, 1)).predict(&dataset.x.select(Axis(0), &last.index)).unwrap();
+    assert_eq!(bits(&predictions.outputs), bits(last.outcome.outputs()));
+}
+
+#[test]
+fn cumulative_logits_need_classes_in_an_order() {
+    let refusal = |dataset: &Dataset| {
+        let candidate = mlp(dataset, recipe(json!({ "loss": "cumulative-logits", "epochs": 1 })));
+        let dir = tempfile::tempdir().unwrap();
+        let run = run_at(three_folds(dataset, vec![candidate]), &dir.path().join("run"));
+        run.err().map(|error| error.to_string())
+    };
+    let mut presses = presses(45, 20);
+    let error = refusal(&presses).unwrap();
+    assert!(error.contains("needs classes in an order") && error.contains("medium, soft, stiff"), "{error}");
+    presses.keep_classes(&["stiff".to_string(), "medium".to_string(), "soft".to_string()]).unwrap();
+    assert_eq!(refusal(&presses), None, "an order that was asked for");
+}
+
 /// Both attributes of new samples, from the file alone: of the network and of a baseline.
 #[test]
 fn a_model_of_several_attributes_answers_each() {
@@ -317,6 +355,32 @@ fn augmentation_moves_training_images_alone() {
     assert_eq!(unturned.outcome.outputs(), turned.outcome.outputs());
 }
 
+/// Every key changes the training and no test sample; raw samples are encoded again.
+#[test]
+fn augmentation_changes_training_readings_alone() {
+    let dataset = presses(36, 20);
+    let go = |changes: Value| {
+        let mut settings = json!({ "epochs": 2, "optimizer": { "name": "sgdm", "lr": 1e-30 } });
+        settings.as_object_mut().unwrap().extend(changes.as_object().unwrap().clone());
+        let validation = CrossValidation::new(&dataset).protocol(Protocol::k_fold(2));
+        let (_keep, folder) = run(validation.candidate(mlp(&dataset, recipe(settings))));
+        record(&folder, &key("mlp", 0, 0))
+    };
+    let plain = go(json!({}));
+    let changes = [
+        json!({ "gain": [0.5, 2.0] }),
+        json!({ "jitter": 0.1 }),
+        json!({ "time_shift": 0.3 }),
+        json!({ "time_warp": [0.5, 2.0] }),
+    ];
+    for change in changes {
+        let (changed, again) = (go(json!({ "augment": change })), go(json!({ "augment": change })));
+        assert_ne!(plain.epochs[1].train_loss, changed.epochs[1].train_loss, "{change}");
+        assert_eq!(changed.epochs, again.epochs, "{change}");
+        assert_eq!(plain.outcome.outputs(), changed.outcome.outputs(), "{change}");
+    }
+}
+
 /// Kept or renewed as the recipe says; weight and bias of frozen batch norms stay either way.
 #[test]
 fn frozen_statistics_are_kept_or_renewed() {
@@ -355,32 +419,6 @@ fn a_frozen_body_is_asked_once_and_nothing_else_changes() {
         ("alexnet", json!({ "hidden": 8, "dropout": 0.0 }), json!(["features", "classifier.1"])),
     ] {
         let dataset = imprints(36, if name == "alexnet" { 63 } else { 33 });
-/// Every key changes the training and no test sample; raw samples are encoded again.
-#[test]
-fn augmentation_changes_training_readings_alone() {
-    let dataset = presses(36, 20);
-    let go = |changes: Value| {
-        let mut settings = json!({ "epochs": 2, "optimizer": { "name": "sgdm", "lr": 1e-30 } });
-        settings.as_object_mut().unwrap().extend(changes.as_object().unwrap().clone());
-        let validation = CrossValidation::new(&dataset).protocol(Protocol::k_fold(2));
-        let (_keep, folder) = run(validation.candidate(mlp(&dataset, recipe(settings))));
-        record(&folder, &key("mlp", 0, 0))
-    };
-    let plain = go(json!({}));
-    let changes = [
-        json!({ "gain": [0.5, 2.0] }),
-        json!({ "jitter": 0.1 }),
-        json!({ "time_shift": 0.3 }),
-        json!({ "time_warp": [0.5, 2.0] }),
-    ];
-    for change in changes {
-        let (changed, again) = (go(json!({ "augment": change })), go(json!({ "augment": change })));
-        assert_ne!(plain.epochs[1].train_loss, changed.epochs[1].train_loss, "{change}");
-        assert_eq!(changed.epochs, again.epochs, "{change}");
-        assert_eq!(plain.outcome.outputs(), changed.outcome.outputs(), "{change}");
-    }
-}
-
         let go = |changes: Value| {
             let mut settings = json!({ "epochs": 2, "batch_size": 5, "frozen": frozen });
             settings.as_object_mut().unwrap().extend(changes.as_object().unwrap().clone());

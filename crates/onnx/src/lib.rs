@@ -28,6 +28,6 @@ mod proto;
 pub use error::{Cause, Error, Result};
 pub use export::{
     DISTANCE, DISTANCES, Export, Front, FrontStep, GatePlace, IR_VERSION, OPSET, PROBABILITIES, QUANTITIES,
-    TEMPERATURE, Tempering, VALUES, to_bytes, write,
+    TEMPERATURE, VALUES, to_bytes, write,
 };
 pub use import::{Imported, from_bytes, read};

@@ -8,8 +8,7 @@ use taxel_encodings::{Scaling, TactileTensor};
 use taxel_learn::certainty::{Place, Seen};
 use taxel_learn::{Card, Model, ModelKind, Transform};
 use taxel_onnx::{
-    DISTANCE, DISTANCES, Export, FrontStep, GatePlace, PROBABILITIES, QUANTITIES, TEMPERATURE, Tempering,
-    VALUES,
+    DISTANCE, DISTANCES, Export, FrontStep, GatePlace, PROBABILITIES, QUANTITIES, TEMPERATURE, VALUES,
 };
 
 use crate::error::{Error, Result};
@@ -73,16 +72,13 @@ pub fn export(model: &Model, path: &Path) -> Result<Exported> {
     }
     let facts = facts(card, *loss, &inputs);
     let about = card.to_string();
-    let tempering = card.certainty.as_ref().map(|certainty| Tempering {
-        temperature: certainty.temperature,
-        sizes: card.levels().sizes().to_vec(),
-    });
     let gate = card.certainty.as_ref().and_then(|certainty| certainty.seen.as_ref());
     let quantities = card.task.quantities();
     let export = Export {
         loss: quantities.is_empty().then_some(*loss),
         values: (!quantities.is_empty()).then_some(quantities.len()),
-        tempering,
+        temperature: card.certainty.as_ref().map(|certainty| certainty.temperature),
+        sizes: card.levels().sizes().to_vec(),
         gate: gate.map_or(vec![], places),
         readings,
         about,

@@ -7,18 +7,26 @@ use crate::{Error, Result};
 
 impl Dataset {
     /// Learns every column of labels under these names, in the order of the columns; without names, the
-    /// class alone.
+    /// class alone. One name makes ordered levels of the classes of a set with one label per sample.
     ///
     /// # Errors
     ///
-    /// [`Error::LearnAttributes`] for one label per sample, and for another number of names than columns.
+    /// [`Error::LearnAttributes`] for values, and for another number of names than columns.
     pub fn learn_attributes(&mut self, names: &[String]) -> Result<()> {
         if names.is_empty() {
             return Ok(());
         }
         let refuse = |reason: String| Err(Error::LearnAttributes { reason });
-        let Some(columns) = self.targets.columns() else {
-            return refuse(format!("{} has one label per sample; leave the key out", self.source));
+        let columns = match (self.targets.columns(), self.targets.labels()) {
+            (Some(columns), _) => columns,
+            (None, Some(labels)) if names.len() == 1 => labels,
+            (None, Some(_)) => {
+                return refuse(format!(
+                    "{} has one label per sample; one name makes levels of it",
+                    self.source
+                ));
+            }
+            (None, None) => return refuse(format!("{} has values; leave the key out", self.source)),
         };
         let width = columns.attributes().len();
         if width != names.len() {

@@ -84,13 +84,39 @@ fn check_loss(recipe: &Recipe, task: &Task) -> Result<()> {
             require(recipe.class_weights == ClassWeights::None, "class_weights", "\"balanced\"", reason)?;
         }
         Task::Levels(_) | Task::Classes(_) => {
+            if recipe.loss == Some(Loss::CumulativeLogits) {
+                check_order(task)?;
+            }
             let of_values = values && !matches!(recipe.loss, None | Some(Loss::MeanSquaredError));
             require(!of_values, "loss", &said, "learns values, and the targets are classes")?;
-            let several = matches!(task, Task::Levels(_)) && recipe.loss == Some(Loss::SoftmaxCrossEntropy);
-            let reason =
-                "several attributes need \"multi-label-soft-margin\", \"hinge\" or \"mean-squared-error\"";
+            let several = task.attributes().len() > 1 && recipe.loss == Some(Loss::SoftmaxCrossEntropy);
+            let reason = "several attributes need \"multi-label-soft-margin\", \"cumulative-logits\", \"hinge\" or \
+                 \"mean-squared-error\"";
             require(!several, "loss", said, reason)?;
         }
+    }
+    Ok(())
+}
+
+/// Refuses levels that are in no order: their names need rising numbers, or an order that is not the alphabet's, which is then one
+/// that was asked for.
+fn check_order(task: &Task) -> Result<()> {
+    let number = |name: &String| {
+        let digits = |c: char| c.is_ascii_digit() || c == '.';
+        let text = name.trim_start_matches(|c| !digits(c));
+        text.split(|c| !digits(c)).next().and_then(|number| number.parse::<f64>().ok())
+    };
+    for attribute in task.attributes() {
+        let numbers: Option<Vec<f64>> = attribute.classes.iter().map(number).collect();
+        let rises = numbers.is_some_and(|numbers| numbers.windows(2).all(|pair| pair[0] < pair[1]));
+        let asked = !attribute.classes.is_sorted();
+        let reason = format!(
+            "needs classes in an order, by rising numbers in their names (level-1, level-2, …) or as data.classes lists \
+             them; those of {} are {}",
+            attribute.name,
+            attribute.classes.join(", ")
+        );
+        require(rises || asked, "loss", "\"cumulative-logits\"", reason)?;
     }
     Ok(())
 }

@@ -4,7 +4,9 @@ use serde::{Deserialize, Serialize};
 use taxel_data::Task;
 
 use crate::error::Result;
-use crate::metrics::{BINS, ClassScores, Confusion, MacroScores, argmax, brier, calibration_error, log_loss};
+use crate::metrics::{
+    BINS, ClassScores, Confusion, MacroScores, argmax, brier, calibration_error, log_loss, softmax,
+};
 
 /// Several attributes, each one level out of its own outputs.
 ///
@@ -23,6 +25,9 @@ pub struct LevelScores {
     pub scores: MacroScores,
     /// Mean of |predicted − true level|: a miss by one level is not a miss by nine.
     pub mean_absolute_error: f64,
+    /// Share of samples that are at most one level off; none in files of before it was counted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub within_one: Option<f64>,
     /// Precision, recall and F1 of each level.
     pub per_level: Vec<ClassScores>,
     /// Counts `[true][predicted]`.
@@ -59,6 +64,45 @@ impl Levels {
             }
         }
         targets
+    }
+
+    /// Turns targets `[n, outputs]` of [`Levels::targets`], in place, into those of
+    /// [`Loss::CumulativeLogits`](taxel_graph::Loss::CumulativeLogits): of each attribute 1 up to the level, 0 above; of shares the
+    /// share of this level and higher ones.
+    pub fn accumulate(&self, targets: &mut [f32]) {
+        let mut rest = targets;
+        for size in self.sizes.iter().cycle() {
+            if *size == 0 || rest.len() < *size {
+                return;
+            }
+            let (row, others) = rest.split_at_mut(*size);
+            let mut sum = 0.0;
+            for share in row.iter_mut().rev() {
+                sum += *share;
+                *share = sum;
+            }
+            rest = others;
+        }
+    }
+
+    /// Turns outputs `[n, outputs]` of [`Loss::CumulativeLogits`](taxel_graph::Loss::CumulativeLogits) into probabilities, in
+    /// place. Nothing is allocated.
+    pub(crate) fn cumulative_probabilities(&self, outputs: &mut [f32]) {
+        let mut rest = outputs;
+        for size in self.sizes.iter().cycle() {
+            if *size == 0 || rest.len() < *size {
+                return;
+            }
+            let (row, others) = rest.split_at_mut(*size);
+            let mut sum = 0.0;
+            for logit in row.iter_mut().skip(1) {
+                sum += *logit;
+                *logit = sum;
+            }
+            row[0] = 0.0;
+            softmax(row, *size);
+            rest = others;
+        }
     }
 
     /// Turns outputs `[n, outputs]` into predicted levels `[n, attributes]`.
@@ -148,16 +192,18 @@ impl Levels {
 impl LevelScores {
     /// Computes all that follows from the counts.
     pub fn of(confusion: Confusion) -> Self {
-        let (mut off, mut total) = (0.0, 0);
+        let (mut off, mut near, mut total) = (0.0, 0, 0);
         for (truth, row) in confusion.counts().iter().enumerate() {
             for (predicted, &count) in row.iter().enumerate() {
                 off += count as f64 * truth.abs_diff(predicted) as f64;
+                near += if truth.abs_diff(predicted) <= 1 { count } else { 0 };
                 total += count;
             }
         }
         LevelScores {
             scores: confusion.scores(),
             mean_absolute_error: if total == 0 { 0.0 } else { off / total as f64 },
+            within_one: (total > 0).then(|| near as f64 / total as f64),
             per_level: confusion.per_class(),
             confusion,
         }

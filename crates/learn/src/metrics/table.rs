@@ -69,6 +69,33 @@ pub struct Metric {
 /// Metrics of classes and levels; of several attributes each is the mean over them.
 const OF_LABELS: &[Metric] = OF_TWO_CLASSES.split_at(OF_TWO_CLASSES.len() - OF_EVENTS).0;
 
+/// Metrics of levels, which have an order, so that a miss by one level is not a miss by nine.
+const OF_LEVELS: &[Metric] = &of_levels();
+
+const fn of_levels() -> [Metric; OF_LABELS.len() + 2] {
+    let mut all = [WITHIN_ONE; OF_LABELS.len() + 2];
+    let mut at = 0;
+    while at < OF_LABELS.len() {
+        all[at] = OF_LABELS[at];
+        at += 1;
+    }
+    all[at + 1] = LEVEL_ERROR;
+    all
+}
+
+const WITHIN_ONE: Metric = Metric {
+    of: |task, outcome| Ok(100.0 * mean_of_levels(task, outcome, |level| level.within_one.unwrap_or(0.0))?),
+    ..Metric::of_labels("within_one_level", "within one level")
+};
+
+const LEVEL_ERROR: Metric = Metric {
+    unit: MetricUnit::Number,
+    direction: Direction::Lower,
+    is_shown: false,
+    of: |task, outcome| mean_of_levels(task, outcome, |level| level.mean_absolute_error),
+    ..Metric::of_labels("level_error", "mean level error")
+};
+
 /// Metrics that two classes have besides.
 const OF_EVENTS: usize = 7;
 
@@ -204,7 +231,8 @@ const RELATIVE_MAE: Metric = Metric {
 pub fn metrics(task: &Task) -> &'static [Metric] {
     match task {
         Task::Classes(classes) if classes.len() == 2 => OF_TWO_CLASSES,
-        Task::Classes(_) | Task::Levels(_) => OF_LABELS,
+        Task::Classes(_) => OF_LABELS,
+        Task::Levels(_) => OF_LEVELS,
         Task::Values(quantities) if in_several_units(quantities) => OF_MIXED_VALUES,
         Task::Values(_) => OF_VALUES,
     }
@@ -351,6 +379,13 @@ fn macro_mean(task: &Task, outcome: &Outcome, score: fn(&MacroScores) -> f64) ->
     };
     let sum: f64 = each.iter().enumerate().map(of_one).sum();
     Ok(100.0 * (sum / each.len().max(1) as f64))
+}
+
+/// Returns the mean over the attributes of what follows from the levels that were predicted.
+fn mean_of_levels(task: &Task, outcome: &Outcome, score: fn(&LevelScores) -> f64) -> Result<f64> {
+    let (truth, predicted) = outcome.labels();
+    let each = Levels::of_task(task).scores(truth, predicted)?;
+    Ok(mean_sd(&each.iter().map(score).collect::<Vec<_>>()).0)
 }
 
 /// Returns the mean recall of the classes that occur, in % (scikit-learn's `balanced_accuracy_score`): classes of few

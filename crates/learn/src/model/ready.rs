@@ -7,6 +7,7 @@ use super::responder::Responder;
 use super::workspace::ModelMemory;
 use crate::error::{Error, Result};
 use crate::estimator::baseline::FittedBaseline;
+use crate::metrics::Levels;
 use crate::training::label_objective::probabilities;
 
 /// A frozen network or a fitted baseline.
@@ -44,7 +45,7 @@ pub(crate) fn open(card: &Card, weights: &Weights, batch: usize, threads: usize)
             let ranges = card.quantized.as_ref().map(|quantized| &quantized.ranges);
             let responder = Responder::new(graph, weights, ranges, batch, threads)?;
             let loss = card.value_loss().is_none().then_some(*loss);
-            Ok(Box::new(ReadyNetwork { responder, loss, outputs: card.task.outputs() }))
+            Ok(Box::new(ReadyNetwork { responder, loss, levels: card.levels() }))
         }
         ModelKind::Baseline { method, series } => {
             let fitted = FittedBaseline::read(*method, *series, &card.task, weights);
@@ -58,7 +59,7 @@ struct ReadyNetwork {
     responder: Responder,
     /// The loss that probabilities come from; none of values, which are answered as they are.
     loss: Option<Loss>,
-    outputs: usize,
+    levels: Levels,
 }
 
 impl Ready for ReadyNetwork {
@@ -90,7 +91,7 @@ impl Ready for ReadyNetwork {
 
     fn finish(&self, logits: &mut [f32]) {
         if let Some(loss) = self.loss {
-            probabilities(loss, self.outputs, logits);
+            probabilities(loss, &self.levels, logits);
         }
     }
 

@@ -59,6 +59,9 @@ impl LabelObjective {
         if let Some((teacher, rows)) = taught {
             teacher.teach(rows, &mut targets);
         }
+        if self.loss == Loss::CumulativeLogits {
+            self.levels.accumulate(&mut targets);
+        }
         backward(self.loss, Targets::Values(&targets))
     }
 
@@ -81,7 +84,10 @@ impl LabelObjective {
     /// different trainings compare.
     pub fn value(&self, logits: &[f32], labels: &[u32]) -> f64 {
         let outputs = self.levels.outputs();
-        let targets = self.levels.targets(labels);
+        let mut targets = self.levels.targets(labels);
+        if self.loss == Loss::CumulativeLogits {
+            self.levels.accumulate(&mut targets);
+        }
         let softplus = |v: f64| v.max(0.0) + (-v.abs()).exp().ln_1p();
         let term = |(row, targets): (&[f32], &[f32])| -> f64 {
             let pairs = || row.iter().zip(targets).map(|(x, t)| (f64::from(*x), f64::from(*t)));
@@ -91,7 +97,7 @@ impl LabelObjective {
                     let sum: f64 = pairs().map(|(x, _)| (x - most).exp()).sum();
                     pairs().map(|(x, t)| t * (sum.ln() + most - x)).sum()
                 }
-                Loss::MultiLabelSoftMargin => {
+                Loss::MultiLabelSoftMargin | Loss::CumulativeLogits => {
                     pairs().map(|(x, t)| softplus(x) - x * t).sum::<f64>() / outputs as f64
                 }
                 Loss::Hinge => {
@@ -113,22 +119,27 @@ impl LabelObjective {
         self.value(&vec![0.0; self.levels.outputs()], &labels)
     }
 
-    /// Counts the labels that `outputs` (logits or probabilities) get right.
-    pub fn correct(&self, outputs: &[f32], labels: &[u32]) -> usize {
-        self.levels.predicted(outputs).iter().zip(labels).filter(|(a, b)| a == b).count()
+    /// Counts the labels that logits `[n, outputs]` get right.
+    pub fn correct(&self, logits: &[f32], labels: &[u32]) -> usize {
+        let mut outputs = std::borrow::Cow::Borrowed(logits);
+        if self.loss == Loss::CumulativeLogits {
+            self.probabilities(outputs.to_mut());
+        }
+        self.levels.predicted(&outputs).iter().zip(labels).filter(|(a, b)| a == b).count()
     }
 
     /// Turns logits into the [`probabilities`] of this loss.
     pub fn probabilities(&self, logits: &mut [f32]) {
-        probabilities(self.loss, self.levels.outputs(), logits);
+        probabilities(self.loss, &self.levels, logits);
     }
 }
 
-/// Logits `[n, outputs]` to probabilities, in place: softmax of one class, a sigmoid per output for several
-/// attributes and for the hinge loss, and for the squared error the outputs themselves, cut at 0 and 1.
-pub(crate) fn probabilities(loss: Loss, outputs: usize, logits: &mut [f32]) {
+/// Logits `[n, outputs]` to probabilities, in place: softmax of one class, softmax of sums of ordered levels, a sigmoid per output
+/// for several attributes and for the hinge loss, and for the squared error the outputs themselves, cut at 0 and 1.
+pub(crate) fn probabilities(loss: Loss, levels: &Levels, logits: &mut [f32]) {
     match loss {
-        Loss::SoftmaxCrossEntropy => softmax(logits, outputs),
+        Loss::SoftmaxCrossEntropy => softmax(logits, levels.outputs()),
+        Loss::CumulativeLogits => levels.cumulative_probabilities(logits),
         Loss::MultiLabelSoftMargin | Loss::Hinge => {
             logits.iter_mut().for_each(|v| *v = 1.0 / (1.0 + (-*v).exp()))
         }
@@ -220,6 +231,40 @@ mod tests {
         assert_twin(&objective, case);
         let value = objective.value(&singles(&case["logits"]), &numbers(&case["labels"]));
         assert!((value - case["loss"].as_f64().unwrap()).abs() <= 1e-6, "{value}");
+    }
+
+    #[test]
+    fn cumulative_logits_agree_with_pytorch() {
+        let case = &fixture()["cumulative"];
+        let recipe = Recipe { loss: Some(Loss::CumulativeLogits), ..Recipe::default() };
+        let sizes: Vec<usize> = numbers(&case["sizes"]).iter().map(|n| *n as usize).collect();
+        let objective = LabelObjective::of(&recipe, Levels::new(&sizes), &[]);
+        assert_twin(&objective, case);
+        let (mut logits, labels) = (singles(&case["logits"]), numbers(&case["labels"]));
+        let value = objective.value(&logits, &labels);
+        assert!((value - case["loss"].as_f64().unwrap()).abs() <= 1e-6, "{value}");
+        let right = objective.correct(&logits, &labels);
+        objective.probabilities(&mut logits);
+        let wanted = singles(&case["probabilities"]);
+        assert!(logits.iter().zip(&wanted).all(|(got, want)| (got - want).abs() <= 1e-6), "{logits:?}");
+        let said = objective.levels.predicted(&wanted);
+        assert_eq!(right, said.iter().zip(&labels).filter(|(a, b)| a == b).count());
+        assert!(right > 0 && right < labels.len());
+    }
+
+    /// What a teacher says of the levels becomes what it says of "at least this level".
+    #[test]
+    fn a_teacher_of_ordered_levels_tells_shares_of_higher_ones() {
+        let recipe = Recipe { loss: Some(Loss::CumulativeLogits), ..Recipe::default() };
+        let objective = LabelObjective::of(&recipe, Levels::new(&[3]), &[]);
+        let mut teacher = Teacher::new(0.5, 1, 3);
+        teacher.tell(&[0], &[0.2, 0.3, 0.5]);
+        let targets = objective.backward(&[1], Some((&teacher, &[0])), |_, targets| match targets {
+            Targets::Values(values) => values.to_vec(),
+            Targets::Labels(_) => vec![],
+        });
+        let wanted = [1.0, 0.9, 0.25];
+        assert!(targets.iter().zip(wanted).all(|(got, want)| (got - want).abs() < 1e-6), "{targets:?}");
     }
 
     fn hinge() -> (LabelObjective, Value) {

@@ -9,6 +9,4 @@ mod value;
 
 pub use front::{Front, FrontStep};
 pub use gate::{DISTANCE, DISTANCES, GatePlace};
-pub use model::{
-    Export, IR_VERSION, OPSET, PROBABILITIES, QUANTITIES, TEMPERATURE, Tempering, VALUES, to_bytes, write,
-};
+pub use model::{Export, IR_VERSION, OPSET, PROBABILITIES, QUANTITIES, TEMPERATURE, VALUES, to_bytes, write};

@@ -42,8 +42,10 @@ pub struct Export<'a> {
     pub loss: Option<Loss>,
     /// How many of the first output's values answer: a second output, [`VALUES`], holds them. Default none.
     pub values: Option<usize>,
-    /// How sure the probabilities are; none where they are those of the loss.
-    pub tempering: Option<Tempering>,
+    /// Divides the logarithms of the probabilities, above 0; none where they are those of the loss.
+    pub temperature: Option<f64>,
+    /// Classes of each attribute, whose outputs lie one after the other. Default none: all outputs are of one.
+    pub sizes: Vec<usize>,
     /// The gate of each attribute behind the first output, whose output is [`DISTANCE`](super::DISTANCE). Default none.
     pub gate: Vec<GatePlace>,
     /// Of each input, how raw readings become it; none, and past the end, where it is taken as it is.
@@ -62,22 +64,14 @@ impl<'a> Export<'a> {
             weights,
             loss: None,
             values: None,
-            tempering: None,
+            temperature: None,
+            sizes: vec![],
             gate: vec![],
             readings: vec![],
             about: String::new(),
             facts: vec![],
         }
     }
-}
-
-/// The temperature of a softmax over the logarithms of probabilities.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Tempering {
-    /// Divides the logarithms; above 0.
-    pub temperature: f64,
-    /// Classes of each attribute, whose outputs lie one after the other.
-    pub sizes: Vec<usize>,
 }
 
 /// Writes the model, under a temporary name first: a reader never sees half a file. Equal networks give equal bytes.
@@ -198,11 +192,18 @@ fn probabilities(export: &Export, sink: &mut Sink) -> Option<ValueInfo> {
     if !sink.take(PROBABILITIES) {
         return None;
     }
-    let plain = match &export.tempering {
+    let plain = match export.temperature {
         Some(_) => sink.fresh(&format!("{PROBABILITIES}/plain")),
         None => PROBABILITIES.into(),
     };
+    let outputs = shape.iter().product();
+    let sizes = if export.sizes.is_empty() { vec![outputs] } else { export.sizes.clone() };
     match loss {
+        Loss::CumulativeLogits => {
+            let sums = sink.floats("probabilities/sums", &[outputs, outputs], &cumulative(&sizes));
+            let summed = sink.step("MatMul", &[logits, &sums], "probabilities/summed", vec![]);
+            softmax(&sizes, &summed, &plain, sink);
+        }
         Loss::SoftmaxCrossEntropy => sink.put("Softmax", &[logits], &plain, vec![int("axis", 1)]),
         Loss::MultiLabelSoftMargin | Loss::Hinge => sink.put("Sigmoid", &[logits], &plain, vec![]),
         // Of classes: the losses of values alone have no probabilities.
@@ -211,8 +212,8 @@ fn probabilities(export: &Export, sink: &mut Sink) -> Option<ValueInfo> {
             sink.put("Clip", &[logits, &low, &high], &plain, vec![]);
         }
     }
-    if let Some(tempering) = &export.tempering {
-        temper(tempering, &plain, sink);
+    if let Some(temperature) = export.temperature {
+        temper(temperature, &sizes, &plain, sink);
     }
     Some(info(PROBABILITIES, shape, None))
 }
@@ -231,25 +232,45 @@ fn answered(export: &Export, sink: &mut Sink) -> Option<ValueInfo> {
     Some(info(VALUES, &[count], None))
 }
 
+/// Returns the matrix `[outputs, outputs]` that sums the outputs 1 to k of each attribute into its output k.
+fn cumulative(sizes: &[usize]) -> Vec<f32> {
+    let outputs: usize = sizes.iter().sum();
+    let mut matrix = vec![0.0; outputs * outputs];
+    let mut first = 0;
+    for size in sizes {
+        for from in first + 1..first + size {
+            matrix[from * outputs..][from..first + size].fill(1.0);
+        }
+        first += size;
+    }
+    matrix
+}
+
 /// Divides the logarithms of probabilities by the temperature, attribute by attribute.
-fn temper(tempering: &Tempering, plain: &str, sink: &mut Sink) {
+fn temper(temperature: f64, sizes: &[usize], plain: &str, sink: &mut Sink) {
     let name = |part: &str| format!("{PROBABILITIES}/{part}");
     let least = sink.floats(&name("least"), &[], &[f32::MIN_POSITIVE]);
-    let inverse = sink.floats(&name("inverse"), &[], &[(1.0 / tempering.temperature) as f32]);
+    let inverse = sink.floats(&name("inverse"), &[], &[(1.0 / temperature) as f32]);
     let above = sink.step("Clip", &[plain, &least], &name("above"), vec![]);
     let logarithm = sink.step("Log", &[&above], &name("logarithm"), vec![]);
     let scaled = sink.step("Mul", &[&logarithm, &inverse], &name("scaled"), vec![]);
-    if tempering.sizes.len() == 1 {
-        return sink.put("Softmax", &[&scaled], PROBABILITIES, vec![int("axis", 1)]);
+    softmax(sizes, &scaled, PROBABILITIES, sink);
+}
+
+/// Takes the softmax of each attribute.
+fn softmax(sizes: &[usize], from: &str, to: &str, sink: &mut Sink) {
+    let name = |part: &str| format!("{PROBABILITIES}/{part}");
+    if sizes.len() == 1 {
+        return sink.put("Softmax", &[from], to, vec![int("axis", 1)]);
     }
     let axis = sink.ints(&name("axis"), &[1]);
     let (mut start, mut parts) = (0, vec![]);
-    for size in &tempering.sizes {
+    for size in sizes {
         let ends = [start, start + *size as i64].map(|end| sink.ints(&name("end"), &[end]));
-        let part = sink.step("Slice", &[&scaled, &ends[0], &ends[1], &axis], &name("part"), vec![]);
+        let part = sink.step("Slice", &[from, &ends[0], &ends[1], &axis], &name("part"), vec![]);
         parts.push(sink.step("Softmax", &[&part], &name("softmax"), vec![int("axis", 1)]));
         start += *size as i64;
     }
     let parts: Vec<&str> = parts.iter().map(String::as_str).collect();
-    sink.put("Concat", &parts, PROBABILITIES, vec![int("axis", 1)]);
+    sink.put("Concat", &parts, to, vec![int("axis", 1)]);
 }
