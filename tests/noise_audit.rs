@@ -197,6 +197,7 @@ fn kind(protocol: &Protocol) -> &'static str {
         Protocol::FewSamples { .. } => "few-samples",
         Protocol::LeaveGroupOut { .. } => "leave-group-out",
         Protocol::Official { .. } => "official",
+        Protocol::Chronological { .. } => "chronological",
         // Simulates its samples: no file is read.
         Protocol::Fresh { .. } => "fresh",
     }
@@ -232,5 +233,5 @@ fn every_reader_layout_and_protocol_is_audited() {
     }
     let of_plan = |plan: &Plan| serde_json::from_value::<Protocol>(plan.json()).unwrap();
     let kinds: BTreeSet<&str> = plain.iter().map(|case| kind(&of_plan(&case.plan))).collect();
-    assert_eq!(kinds.len(), 5, "{kinds:?}");
+    assert_eq!(kinds.len(), 6, "{kinds:?}");
 }

@@ -25,10 +25,11 @@ pub enum Plan {
     Few,
     LeaveOut,
     Official,
+    InTime,
 }
 
 impl Plan {
-    const ALL: [Plan; 7] = [
+    const ALL: [Plan; 8] = [
         Plan::KFold,
         Plan::ByGroup,
         Plan::Random,
@@ -36,6 +37,7 @@ impl Plan {
         Plan::Few,
         Plan::LeaveOut,
         Plan::Official,
+        Plan::InTime,
     ];
 
     pub fn json(self) -> Value {
@@ -49,6 +51,7 @@ impl Plan {
             Plan::Few => json!({"kind": "few-samples", "test": 0.4, "per_class": [4, 8]}),
             Plan::LeaveOut => json!({"kind": "leave-group-out"}),
             Plan::Official => json!({"kind": "official"}),
+            Plan::InTime => json!({"kind": "chronological", "test": 0.3}),
         }
     }
 
@@ -189,6 +192,8 @@ fn layouts(form: Form) -> Vec<Layout> {
 fn plans(form: Form) -> Vec<Plan> {
     let can = |plan: &Plan| match form {
         Form::Arrays(_) | Form::Wide(_) | Form::Long(_) => true,
+        // Samples of others are in the order of their names.
+        _ if *plan == Plan::InTime => false,
         Form::Halves => true,
         Form::Pair(_) => !plan.needs_groups(),
         Form::LeRobot => !plan.needs_groups() && *plan != Plan::Official,
@@ -405,7 +410,7 @@ fn copies(cases: &mut Vec<Case>) {
     let half = SAMPLES / 2;
     // Groups and marks tear them apart; other splits keep them together.
     let may = |plan: Plan| {
-        let is_torn = plan.needs_groups() || plan == Plan::Official;
+        let is_torn = plan.needs_groups() || matches!(plan, Plan::Official | Plan::InTime);
         if is_torn { May::Say("copies") } else { May::Chance }
     };
     let make = |form: Form, layout: Layout, plan: Plan| {
@@ -495,6 +500,11 @@ fn copies(cases: &mut Vec<Case>) {
     }
 }
 
+/// Returns the end of a case in which a recording tells its class: only a cut through recordings is refused.
+fn of_recordings(plan: Plan) -> May {
+    if plan == Plan::InTime { May::Refuse("end says nothing") } else { May::Chance }
+}
+
 /// Plants recordings of which several samples are cut.
 fn windows(cases: &mut Vec<Case>) {
     let recordings = 60;
@@ -515,7 +525,7 @@ fn windows(cases: &mut Vec<Case>) {
             }
             let case = Case { units: recordings, ..Case::new(form, plan, with_roles(set, form, plan)) };
             let case = case.data("length = { kind = \"window\", to = 16, hop = 8 }");
-            cases.push(case.trap("overlapping windows", &[May::Chance]));
+            cases.push(case.trap("overlapping windows", &[of_recordings(plan)]));
         }
     }
     for form in [
@@ -535,7 +545,8 @@ fn windows(cases: &mut Vec<Case>) {
                 }
             }
             let case = Case { units: recordings, ..Case::new(form, plan, with_roles(set, form, plan)) };
-            cases.push(case.data("each_frame = true").trap("frames of one recording", &[May::Chance]));
+            let case = case.data("each_frame = true");
+            cases.push(case.trap("frames of one recording", &[of_recordings(plan)]));
         }
     }
 }

@@ -82,7 +82,8 @@ pub use recordings::{
     Recording, RecordingFacts, Recordings, are_bags, are_images, recordings, whole_recordings,
 };
 pub use split::{
-    Fold, Shares, few_per_class, group_k_fold, hold_back, random_group_split, random_split, stratified_k_fold,
+    Fold, Shares, chronological_split, few_per_class, group_k_fold, hold_back, random_group_split,
+    random_split, stratified_k_fold,
 };
 pub use tare::{NotATare, Tare};
 pub use targets::event::{Event, NotAnEvent};

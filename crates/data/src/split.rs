@@ -176,6 +176,29 @@ pub fn random_group_split(
     }
 }
 
+/// Cuts each group in time: its first samples are trained on, its last ones, `share` of them, are tested. `groups` `[N]` names the
+/// group of each sample, samples of a group in the order of time. The last `gap` samples before the cut are in neither part, such as
+/// windows that reach across it.
+///
+/// # Errors
+///
+/// If a part would be empty.
+pub fn chronological_split(groups: &[u32], share: f64, gap: usize) -> Result<Fold> {
+    let mut fold = Fold::default();
+    for unit in gather(&vec![0; groups.len()], groups) {
+        let tested = (share * unit.samples.len() as f64).round() as usize;
+        let (before, test) = unit.samples.split_at(unit.samples.len() - tested.min(unit.samples.len()));
+        fold.train.extend(&before[..before.len().saturating_sub(gap)]);
+        fold.test.extend(test);
+    }
+    if fold.train.is_empty() || fold.test.is_empty() {
+        return Err(Error::NothingToSplit);
+    }
+    fold.train.sort_unstable();
+    fold.test.sort_unstable();
+    Ok(fold)
+}
+
 /// Takes about `share` of `rows` away, evenly over the classes and without cutting a unit (exact copies, or groups).
 /// Returns the rows that are left, and those taken, both ascending. `purpose` chooses them.
 ///

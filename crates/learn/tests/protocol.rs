@@ -10,7 +10,7 @@ use proptest::prelude::*;
 use serde_json::json;
 use support::{key, mlp, model, presses, recipe, record, run, three_folds, trainable, two_attributes};
 use taxel_baselines::Method;
-use taxel_data::{Dataset, Fold};
+use taxel_data::{Dataset, Fold, Length};
 use taxel_learn::{Candidate, ModelKind, Protocol, ResultsTable, Split, shuffled};
 
 /// The folds of repetition 0 under seed 3.
@@ -41,6 +41,29 @@ fn grouped_folds_cut_no_group_and_need_groups() {
     let official = Protocol::Official { split: Split::Stratified, repetitions: 1 };
     let error = official.folds(&without, 3, 0).unwrap_err().to_string();
     assert!(error.starts_with("protocol.kind = \"official\": real: presses has no split"), "{error}");
+}
+
+#[test]
+fn the_end_of_each_group_is_tested_and_windows_across_the_cut_are_left_out() {
+    let protocol = Protocol::Chronological { test: 0.25, repetitions: 1 };
+    let mixed = presses(12, 6).with_groups(&[0, 1, 0, 1, 0, 1, 0, 1, 0, 1, 0, 1]).unwrap();
+    let fold = &folds(&protocol, &mixed)[0];
+    // A quarter of six samples, rounded.
+    assert_eq!(
+        (fold.test.as_slice(), fold.train.as_slice()),
+        ([8, 9, 10, 11].as_slice(), [0, 1, 2, 3, 4, 5, 6, 7].as_slice())
+    );
+    let mut windows = presses(12, 6);
+    windows.spec.length = Some(Length::Window { to: 6, hop: Some(2) });
+    let fold = &folds(&protocol, &windows)[0];
+    // The two windows before the cut share time steps with the first that is tested.
+    assert_eq!(
+        (fold.test.as_slice(), fold.train.as_slice()),
+        ([9, 10, 11].as_slice(), [0, 1, 2, 3, 4, 5, 6].as_slice())
+    );
+    assert_eq!(protocol.words(&windows.task()), "the last 25 % of each group");
+    let one_each = presses(4, 6).with_groups(&[0, 1, 2, 3]).unwrap();
+    assert!(protocol.folds(&one_each, 3, 0).unwrap_err().to_string().contains("split"));
 }
 
 #[test]
@@ -111,6 +134,8 @@ fn settings_out_of_range_are_named() {
         (few(&[2, 2], 1), "per_class"),
         (Protocol::Official { split, repetitions: 2 }, "repetitions"),
         (Protocol::LeaveGroupOut { split, repetitions: 2 }, "repetitions"),
+        (Protocol::Chronological { test: 0.2, repetitions: 2 }, "repetitions"),
+        (Protocol::Chronological { test: 1.0, repetitions: 1 }, "test"),
     ] {
         assert_eq!(protocol.check().unwrap_err().key, key, "{protocol:?}");
         let error = three_folds(&presses(45, 6), vec![]).protocol(protocol).run().unwrap_err().to_string();

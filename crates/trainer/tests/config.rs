@@ -81,6 +81,7 @@ fn a_table_of_another_kind_replaces_the_one_below() {
     assert_eq!(parse(&text).unwrap().config().networks[1].train.schedule, Schedule::Cosine { floor: 0.0 });
     for (kind, expected) in [
         ("official", "Official { split: Stratified, repetitions: 1 }"),
+        ("chronological", "Chronological { test: 0.2, repetitions: 1 }"),
         ("leave-group-out", "LeaveGroupOut { split: Stratified, repetitions: 1 }"),
         ("random-splits", "RandomSplits { split: Stratified, repetitions: 1, test: 0.2, validation: 0.0 }"),
         (

@@ -1,9 +1,11 @@
 //! How samples become training, validation and test parts.
 
+use std::collections::HashMap;
+
 use serde::{Deserialize, Serialize};
 use taxel_data::{
-    Dataset, Fold, Shares, Targets, Task, few_per_class, group_k_fold, random_group_split, random_split,
-    stratified_k_fold,
+    Dataset, Fold, Length, Shares, Targets, Task, chronological_split, few_per_class, group_k_fold,
+    random_group_split, random_split, stratified_k_fold,
 };
 
 use crate::error::{Error, Result};
@@ -77,6 +79,16 @@ pub enum Protocol {
         #[serde(default = "one")]
         repetitions: usize,
     },
+    /// Trains on the beginning of each group, a session or a day, and tests its end, in the order of the samples. Without groups
+    /// the data set is one. Windows that reach across the cut are in neither part.
+    Chronological {
+        /// Share of each group that is tested, (0, 1). Default 0.2.
+        #[serde(default = "fifth")]
+        test: f64,
+        /// 1: there is one cut only.
+        #[serde(default = "one")]
+        repetitions: usize,
+    },
     /// A new simulated world in each repetition, with its own training and test recordings: repetitions are independent, and share
     /// neither samples nor starting weights.
     Fresh {
@@ -140,6 +152,7 @@ impl Protocol {
             | Protocol::FewSamples { repetitions, .. }
             | Protocol::LeaveGroupOut { repetitions, .. }
             | Protocol::Fresh { repetitions, .. }
+            | Protocol::Chronological { repetitions, .. }
             | Protocol::Official { repetitions, .. } => *repetitions,
         }
     }
@@ -172,7 +185,7 @@ impl Protocol {
             | Protocol::FewSamples { split, .. }
             | Protocol::LeaveGroupOut { split, .. }
             | Protocol::Official { split, .. } => *split,
-            Protocol::Fresh { .. } => Split::Stratified,
+            Protocol::Fresh { .. } | Protocol::Chronological { .. } => Split::Stratified,
         }
     }
 
@@ -198,6 +211,9 @@ impl Protocol {
     /// A value outside its range.
     pub fn check(&self) -> Check {
         within("repetitions", self.repetitions(), 1, 1000)?;
+        if let Protocol::Chronological { test, .. } = self {
+            share("test", *test)?;
+        }
         match self {
             Protocol::KFold { folds, .. } => within("folds", *folds, 2, 1000),
             Protocol::RandomSplits { test, validation, .. } => {
@@ -219,7 +235,9 @@ impl Protocol {
                 within("train", *train, 1, 10_000_000)?;
                 within("test", *test, 1, 10_000_000)
             }
-            Protocol::LeaveGroupOut { repetitions, .. } | Protocol::Official { repetitions, .. } => {
+            Protocol::LeaveGroupOut { repetitions, .. }
+            | Protocol::Chronological { repetitions, .. }
+            | Protocol::Official { repetitions, .. } => {
                 let reason = "this kind of protocol has one cut only: repeat it with another seed";
                 require(*repetitions == 1, "repetitions", repetitions, reason)
             }
@@ -247,6 +265,7 @@ impl Protocol {
             }
             Protocol::LeaveGroupOut { .. } => "leave one group out".into(),
             Protocol::Official { .. } => "the data set's own split".into(),
+            Protocol::Chronological { test, .. } => format!("the last {} of each group", percent(*test)),
             Protocol::Fresh { train, test, repetitions } => {
                 return format!("{repetitions} fresh worlds of {train} training and {test} test recordings");
             }
@@ -335,6 +354,13 @@ impl Protocol {
                 per_class.iter().map(few).collect()
             }
             Protocol::Official { .. } => official(dataset).map(|fold| vec![fold]),
+            Protocol::Chronological { test, .. } => {
+                let whole = vec![0; dataset.len()];
+                let groups = dataset.groups.as_deref().unwrap_or(&whole);
+                let fold = chronological_split(groups, *test, reach(dataset))?;
+                refuse_torn_recordings(dataset, &fold)?;
+                Ok(vec![fold])
+            }
             Protocol::Fresh { .. } => world(dataset, repetition).map(|fold| vec![fold]),
         }
     }
@@ -364,6 +390,36 @@ fn cut(
             Ok(random_group_split(&atoms(dataset, units), y, shares, seed, repetition)?)
         }
         other => Ok(other?),
+    }
+}
+
+/// Refuses a cut through recordings that have one class each, whose windows or frames are the samples.
+fn refuse_torn_recordings(dataset: &Dataset, fold: &Fold) -> Result<()> {
+    let (Some(units), Some(_), None) = (&dataset.units, dataset.targets.labels(), dataset.targets.steps())
+    else {
+        return Ok(());
+    };
+    let hash = |row: usize| dataset.row_hash.get(row);
+    let trained: HashMap<u32, usize> = fold.train.iter().map(|row| (units[*row], *row)).collect();
+    let is_torn = |row: &usize| trained.get(&units[*row]).is_some_and(|other| hash(*other) != hash(*row));
+    match fold.test.iter().find(|row| is_torn(row)) {
+        Some(row) => {
+            let reason = format!(
+                "cuts recordings such as {}, whose class is that of all its windows or frames: its end says nothing that its \
+                 beginning has not said; use k-fold",
+                dataset.origins.get(*row).map_or("", String::as_str)
+            );
+            Err(Problem::new("protocol.kind", "\"chronological\"", reason).into())
+        }
+        None => Ok(()),
+    }
+}
+
+/// Counts the windows that share time steps with the next one.
+fn reach(dataset: &Dataset) -> usize {
+    match dataset.spec.length {
+        Some(Length::Window { to, hop }) => (to - 1) / hop.unwrap_or(to).max(1),
+        _ => 0,
     }
 }
 
