@@ -82,7 +82,36 @@ fn a_force_is_learned_and_predicted_with_its_unit() {
         assert!((predicted - force).abs() < 0.2, "sample {i}: {predicted} for {force}");
     }
     let table = ends(0, &["predict", &model, &new]);
-    assert!(table.contains("force (N)"), "{table}");
+    assert!(table.contains("force (N)") && table.contains("  true"), "{table}");
+    // The file holds the true forces: the same error as by hand.
+    let errors = said["answers"].as_array().unwrap().iter().enumerate().map(|(i, answer)| {
+        let force = f64::from(((i * 37 + 5) % 101) as u32) / 10.1;
+        assert!((answer["true"][0].as_f64().unwrap() - force).abs() < 1e-5, "{answer}");
+        (answer["predicted"]["force"].as_f64().unwrap() - force).abs()
+    });
+    let errors: Vec<f64> = errors.collect();
+    let mae = errors.iter().sum::<f64>() / errors.len() as f64;
+    let noted = Command::cargo_bin("taxel").unwrap().args(["predict", &model, &new]).output().unwrap().stderr;
+    let noted = String::from_utf8(noted).unwrap();
+    assert!(
+        noted.contains(&format!("MAE {mae:.3} N")) && noted.contains("over 20 samples"),
+        "{mae}: {noted}"
+    );
+}
+
+#[test]
+fn a_trial_without_some_classes_is_refused_for_values() {
+    let folder = tempfile::tempdir().unwrap();
+    presses(&folder.path().join("skin.npz"), 20, 0);
+    let config = folder.path().join("skin.toml");
+    fs::write(&config, format!("{CONFIG}[unknown]\n")).unwrap();
+    let run = folder.path().join("run");
+    let error = ends(2, &["run", config.to_str().unwrap(), "--output", run.to_str().unwrap()]);
+    assert!(
+        error.contains("unknown") && error.contains("leaves classes out, and the targets are quantities"),
+        "{error}"
+    );
+    assert!(!run.exists(), "nothing is left behind");
 }
 
 /// A config of networks that learn the force by each loss, in few epochs.

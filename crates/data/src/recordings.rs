@@ -3,6 +3,7 @@
 use crate::dataset::one_hot::settle;
 use crate::dataset::raw::{DATA, Raw};
 use crate::dataset::spec_of::likeliest_layout;
+use crate::dataset::targets::Values;
 use crate::dataset::validate::channels;
 use crate::formats::bag::path::is_bag;
 use crate::formats::names::is_image;
@@ -67,6 +68,8 @@ pub struct Recordings {
     pub starts: Option<Vec<usize>>,
     /// Names of each sample's classes `[N][attributes]`; none without labels.
     pub truth: Option<Vec<Vec<String>>>,
+    /// True values of each sample `[N, quantities]`, NaN where there is none; none for labels.
+    pub values: Option<Values>,
     /// The facts that their files say.
     pub facts: RecordingFacts,
 }
@@ -86,6 +89,8 @@ pub struct Recordings {
 pub fn recordings(path: &Path, options: &ReadOptions, rank: usize) -> Result<Recordings> {
     let Read { raw, x, time, truth } = read(path, options, rank)?;
     let steps = raw.steps.as_ref();
+    let values =
+        raw.values.as_ref().filter(|values| values.rows() == raw.target_rows() && options.event.is_none());
     let facts = RecordingFacts::of(&raw);
     let (x, windows) = match time.zip(options.length) {
         None => {
@@ -109,7 +114,16 @@ pub fn recordings(path: &Path, options: &ReadOptions, rank: usize) -> Result<Rec
     let Some(windows) = windows else {
         // Of labels that change none is that of the recording.
         let truth = truth.filter(|_| steps.is_none());
-        return Ok(Recordings { name: raw.name, x, origins: raw.origins, starts: None, truth, facts });
+        let values = values.filter(|_| steps.is_none()).cloned();
+        return Ok(Recordings {
+            name: raw.name,
+            x,
+            origins: raw.origins,
+            starts: None,
+            truth,
+            values,
+            facts,
+        });
     };
     let of = |(row, _): &(usize, usize)| raw.origins[*row].clone();
     let to = options.length.map_or(0, |rule| rule.to());
@@ -120,6 +134,7 @@ pub fn recordings(path: &Path, options: &ReadOptions, rank: usize) -> Result<Rec
     Ok(Recordings {
         origins: windows.iter().map(of).collect(),
         truth: truth.map(|truth| rows.iter().map(|row| truth[*row].clone()).collect()),
+        values: values.map(|values| Values::new(values.quantities().to_vec(), values.of(&rows))),
         starts: Some(windows.into_iter().map(|(_, start)| start).collect()),
         name: raw.name,
         x,

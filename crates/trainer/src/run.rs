@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use taxel_baselines::Method;
-use taxel_data::Dataset;
+use taxel_data::{Dataset, Task};
 use taxel_graph::{Graph, Weights, describe};
 use taxel_learn::{
     Candidate, CrossValidation, Encoder, Estimator, Fit, FoldKey, Identity, Model, Problem, Progress,
@@ -237,7 +237,15 @@ impl Runner<'_> {
         &self,
         encoder: &mut Encoder,
     ) -> Result<(Vec<Candidate>, BTreeMap<String, String>)> {
-        let networks = &self.experiment.config().networks;
+        let config = self.experiment.config();
+        if config.unknown.is_some() && !matches!(self.dataset.task(), Task::Classes(_)) {
+            let reason = format!(
+                "leaves classes out, and the targets are {}; leave the table out",
+                self.dataset.task().noun()
+            );
+            return Err(self.experiment.refuse(Problem::new("unknown", "{ .. }", reason)));
+        }
+        let networks = &config.networks;
         let (mut candidates, mut refused, mut first) = (vec![], BTreeMap::new(), None);
         for (i, network) in networks.iter().enumerate() {
             match self.network(i, network, encoder) {

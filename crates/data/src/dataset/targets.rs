@@ -178,6 +178,11 @@ impl Values {
         &self.values
     }
 
+    /// Returns the number of rows.
+    pub(crate) fn rows(&self) -> usize {
+        self.values.len() / self.quantities.len().max(1)
+    }
+
     /// Returns the values of `rows`, `[rows, quantities]`.
     pub fn of(&self, rows: &[usize]) -> Vec<f32> {
         let width = self.quantities.len();
@@ -253,7 +258,7 @@ impl Targets {
     pub fn len(&self) -> usize {
         match self {
             Targets::Classes { labels, .. } | Targets::Levels(labels) => labels.len(),
-            Targets::Values(values) => values.values.len() / values.quantities.len().max(1),
+            Targets::Values(values) => values.rows(),
         }
     }
 

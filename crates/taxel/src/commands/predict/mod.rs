@@ -1,6 +1,7 @@
 //! `taxel predict`: the predictions of a model for new recordings.
 
 mod guard;
+mod true_values;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -14,6 +15,7 @@ use taxel::learn::metrics::Levels;
 use taxel::{Model, Predictions, ReadOptions};
 
 use guard::Replaced;
+use true_values::{TrueValues, with_unit};
 
 use crate::CommandResult;
 use crate::arrays::write;
@@ -28,7 +30,7 @@ use crate::terminal::tables;
 ///
 /// DATA may be anything that `taxel data check` reads, with or without labels, a folder of files, or a single
 /// CSV (rows = time), NPY, MAT, PNG or JPEG file. Where there are labels, the command also says how many predictions are
-/// right.
+/// right; where there are values of the model's quantities, how far off it is.
 ///
 /// Recordings may have any length where the model was trained with a length rule: it applies that rule. Under the rule
 /// `window` every window has a prediction, and `start` is its first time step in the recording.
@@ -87,6 +89,8 @@ struct SamplePredictions<'a> {
     predictions: &'a Predictions,
     /// Names of the true classes, where the recordings have labels.
     truth: Option<&'a [Vec<String>]>,
+    /// The true values, where the recordings have some.
+    values: Option<&'a TrueValues>,
     /// Broken channels and taxels that the guard of the model replaced.
     replaced: Option<&'a Replaced>,
     /// Whether the probabilities were fitted to held-out predictions.
@@ -108,7 +112,7 @@ impl Predict {
         let card = model.card();
         let (unknown, sets) = self.certainty.of(card)?;
         let interval = self.certainty.interval(card)?;
-        let (Recordings { x, origins, starts, truth, .. }, options) = self.recordings().of(card)?;
+        let (Recordings { x, origins, starts, truth, values, .. }, options) = self.recordings().of(card)?;
         let mut predictor = model.predictor(card.batch(), self.threads.count()?)?;
         if self.no_guard {
             predictor = predictor.guarded(None)?;
@@ -124,11 +128,20 @@ impl Predict {
         };
         let (starts, truth) = (starts.as_deref(), truth.as_deref());
         let replaced = replaced.as_ref();
+        let values = values.as_ref().filter(|_| !card.task.quantities().is_empty());
+        let values = match values.map(|values| TrueValues::new(&card.task, values)).transpose() {
+            Ok(values) => values,
+            Err(words) => {
+                note(words);
+                None
+            }
+        };
         let samples = SamplePredictions {
             origins: &origins,
             starts,
             predictions: &predictions,
             truth,
+            values: values.as_ref(),
             replaced,
             is_calibrated: card.certainty.is_some(),
             unknown,
@@ -191,7 +204,9 @@ impl SamplePredictions<'_> {
         }
         let quantities = self.predictions.task.quantities();
         let interval = self.interval.map(|share| format!("{:.0} % interval", 100.0 * share));
-        let of_quantity = |quantity| [Some(with_unit(quantity)), interval.clone()].into_iter().flatten();
+        let truth = self.values.map(|_| "true".to_string());
+        let of_quantity =
+            |quantity| [Some(with_unit(quantity)), interval.clone(), truth.clone()].into_iter().flatten();
         let values: Vec<String> = quantities.iter().flat_map(of_quantity).collect();
         header.extend(self.familiarity().map(|_| "familiarity".to_string()));
         header.extend(self.sets.map(|sets| format!("{:.0} % set", 100.0 * sets.share)));
@@ -215,6 +230,7 @@ impl SamplePredictions<'_> {
             for (at, (_, value)) in self.predictions.values(i).into_iter().enumerate() {
                 cells.push(format!("{value:.3}"));
                 cells.extend(ends.get(at).map(|[low, high]| format!("{low:.3} to {high:.3}")));
+                cells.extend(self.values.map(|values| values.cell(i, at)));
             }
             cells.extend(self.replaced.map(|replaced| replaced.words(i)));
             cells
@@ -294,6 +310,9 @@ impl SamplePredictions<'_> {
                 let named: serde_json::Map<_, _> =
                     names.iter().cloned().zip(ends.into_iter().map(|ends| json!(ends))).collect();
                 sample["interval"] = named.into();
+            }
+            if let Some(values) = self.values {
+                sample["true"] = json!(values.of(i));
             }
             if is_unknown {
                 sample["likeliest"] = named(&|class| json!(class)).into();
@@ -411,6 +430,9 @@ impl SamplePredictions<'_> {
     }
 
     fn score(&self) -> Option<String> {
+        if let Some(values) = self.values {
+            return values.score(self.predictions);
+        }
         let truth = self.truth.filter(|_| self.predictions.task.quantities().is_empty())?;
         let all: usize = truth.iter().map(Vec::len).sum();
         Some(match self.right() {
@@ -432,10 +454,4 @@ impl SamplePredictions<'_> {
             }
         })
     }
-}
-
-/// Returns the name of a quantity with its unit: `force (N)`.
-fn with_unit(quantity: &taxel::data::Quantity) -> String {
-    let unit = quantity.unit.as_ref().map_or(String::new(), |unit| format!(" ({unit})"));
-    format!("{}{unit}", quantity.name)
 }

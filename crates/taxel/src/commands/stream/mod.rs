@@ -45,8 +45,8 @@ const OFF: f64 = 0.1;
 /// A decision has these keys. time: the time stamp, or else the seconds since the first time step. reading: the number of the
 /// last time step of the window, from 0. class and probabilities; where the model's encoding refuses a window, class is null
 /// and refused says why. familiarity: the share of held-out samples that were less like what the model has learned; at 0.05 or
-/// below (--unknown) class is unknown, and likeliest names the nearest. set: with --set. Of values: values by name, and interval,
-/// which holds the true value in nine of ten windows (--set). latency_ms: from the arrival of that time step to the decision. seen:
+/// below (--unknown) class is unknown, and likeliest names the nearest. set: with --set. Of values: values by name, their
+/// unit, and interval, which holds the true value in nine of ten windows (--set). latency_ms: from the arrival of that time step to the decision. seen:
 /// the share of the window that was there. dead, stuck and saturated: channels by position from 0 or by name. A dead channel is at rest and has never
 /// moved, a stuck one has stopped moving elsewhere or stopped flickering, a saturated one was at full scale in the window.
 ///

@@ -21,6 +21,8 @@ pub struct DecisionWriter {
     attributes: Vec<Attribute>,
     /// Names of the probabilities.
     outputs: Vec<String>,
+    /// Units of values; none of classes.
+    units: Vec<Option<String>>,
     /// Names of the values of a time step, where the model knows any.
     channels: Vec<String>,
     /// The recording that is replayed.
@@ -40,6 +42,9 @@ struct DecisionLine<'a> {
     values: Option<ByName<'a, f32>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     interval: Option<ByName<'a, [f32; 2]>>,
+    /// Units of the values.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    unit: Option<ByName<'a, Option<String>>>,
     #[serde(flatten)]
     labels: Option<PredictedLabels<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -163,6 +168,7 @@ impl DecisionWriter {
         let channels = card.spec.table.as_ref().map_or(vec![], |table| table.columns.clone());
         DecisionWriter {
             outputs: card.task.output_names(),
+            units: card.task.quantities().iter().map(|quantity| quantity.unit.clone()).collect(),
             channels,
             recording: None,
             attributes: card.task.attributes(),
@@ -199,6 +205,7 @@ impl DecisionWriter {
             interval: outputs
                 .filter(|_| !decision.intervals.is_empty())
                 .map(|_| ByName(&self.outputs, decision.intervals)),
+            unit: outputs.filter(|_| !has_labels).map(|_| ByName(&self.outputs, &self.units)),
             labels: has_labels.then(|| PredictedLabels {
                 class: classes.map(|classes| LikeliestClasses { is_unknown: decision.is_unknown, ..classes }),
                 likeliest: classes.filter(|_| decision.is_unknown),
