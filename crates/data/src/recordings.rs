@@ -87,10 +87,8 @@ pub struct Recordings {
 /// As [`load`](crate::load), but for labels: classes may be missing, or unknown to a model.
 /// Also a recording that is shorter than a window.
 pub fn recordings(path: &Path, options: &ReadOptions, rank: usize) -> Result<Recordings> {
-    let Read { raw, x, time, truth } = read(path, options, rank)?;
+    let Read { raw, x, time, truth, values } = read(path, options, rank)?;
     let steps = raw.steps.as_ref();
-    let values =
-        raw.values.as_ref().filter(|values| values.rows() == raw.target_rows() && options.event.is_none());
     let facts = RecordingFacts::of(&raw);
     let (x, windows) = match time.zip(options.length) {
         None => {
@@ -114,7 +112,7 @@ pub fn recordings(path: &Path, options: &ReadOptions, rank: usize) -> Result<Rec
     let Some(windows) = windows else {
         // Of labels that change none is that of the recording.
         let truth = truth.filter(|_| steps.is_none());
-        let values = values.filter(|_| steps.is_none()).cloned();
+        let values = values.filter(|_| steps.is_none());
         return Ok(Recordings {
             name: raw.name,
             x,
@@ -201,6 +199,8 @@ struct Read {
     time: Option<usize>,
     /// Names of each recording's classes, where there are labels.
     truth: Option<Vec<Vec<String>>>,
+    /// Their values, where there are some; an event has classes in their place.
+    values: Option<Values>,
 }
 
 fn read(path: &Path, options: &ReadOptions, rank: usize) -> Result<Read> {
@@ -208,6 +208,8 @@ fn read(path: &Path, options: &ReadOptions, rank: usize) -> Result<Read> {
     settle(&mut raw, options);
     let chosen = channels(&raw, options)?;
     let truth = Some(truth(&raw, options)).filter(|rows| rows.len() == raw.target_rows());
+    let values = raw.values.take().filter(|values| values.rows() == raw.target_rows());
+    let values = values.filter(|_| options.event.is_none());
     let x = std::mem::take(&mut raw.x);
     let all: Vec<usize> = (0..x.len()).collect();
     let time = likeliest_layout([options.layout, raw.facts.layout, raw.format], &raw.dtype, x.sample_shape())
@@ -215,7 +217,7 @@ fn read(path: &Path, options: &ReadOptions, rank: usize) -> Result<Read> {
     let x = x.without_padding(time);
     refuse_channels(&raw, &x, time, chosen.as_deref())?;
     let x = x.select(&all, chosen.as_deref());
-    Ok(Read { raw, x, time, truth })
+    Ok(Read { raw, x, time, truth, values })
 }
 
 /// Returns the names of the classes of each sample; a label without a name goes by its number. An event without a value has
