@@ -14,7 +14,7 @@ pub(crate) const DEEP_MLP: Listing<DeepMlpConfig> = Listing {
     name: "deep-mlp",
     family: crate::FAMILY,
     paper: "taxel's own",
-    config: DeepMlpConfig { classes: 3, in_features: 250, hidden: 128, layers: 3 },
+    config: DeepMlpConfig { classes: 3, in_features: 250, hidden: 128, layers: 3, batch_norm: true },
     inputs: &[InputKeys::FLAT],
     counts: NetworkCounts { parameters: 66_307, statistics: 768, macs: 65_152 },
     quick: &[],
@@ -32,6 +32,8 @@ pub struct DeepMlpConfig {
     pub hidden: usize,
     /// Hidden layers, 1 to 16.
     pub layers: usize,
+    /// Whether a batch norm follows each of them. Without, training may vary the gain of its readings more.
+    pub batch_norm: bool,
 }
 
 impl Default for DeepMlpConfig {
@@ -42,7 +44,7 @@ impl Default for DeepMlpConfig {
 
 impl Architecture for DeepMlpConfig {
     fn graph(&self) -> Result<Graph> {
-        let DeepMlpConfig { classes, in_features, hidden, layers } = *self;
+        let DeepMlpConfig { classes, in_features, hidden, layers, batch_norm } = *self;
         for (key, value) in [("classes", classes), ("in_features", in_features), ("hidden", hidden)] {
             within(key, value, 1..=16_777_216)?;
         }
@@ -50,7 +52,8 @@ impl Architecture for DeepMlpConfig {
         let net = Network::new(DEEP_MLP.name);
         let mut x = net.input("signal", &[1, in_features]).flatten();
         for layer in 1..=layers {
-            x = x.linear(&format!("fc{layer}"), hidden).batch_norm(&format!("bn{layer}")).relu();
+            x = x.linear(&format!("fc{layer}"), hidden);
+            x = if batch_norm { x.batch_norm(&format!("bn{layer}")) } else { x }.relu();
         }
         net.finish(&[("logits", x.linear("head", classes))])
     }

@@ -178,8 +178,8 @@ impl<'d> Learner<'d> {
         Ok(true)
     }
 
-    /// Computes batch-norm statistics over the whole training part, under its faults if it has some; false if
-    /// cancelled. Training does not see them.
+    /// Computes batch-norm statistics over the whole training part, under its faults and the changes of its readings if it has
+    /// some; false if cancelled. Training does not see them.
     ///
     /// # Errors
     /// An error of the engine.
@@ -193,7 +193,12 @@ impl<'d> Learner<'d> {
             if hooks.is_cancelled() {
                 return Ok(false);
             }
-            let pass = TrainingPass { occasion: "population", augment: None };
+            let TrainingKey { seed, repetition, fold } = self.set.part;
+            let key = Key { seed, repetition, fold, epoch: self.recipe.epochs, sample: 0 };
+            // Moved images keep their mean and variance, other than readings with another gain.
+            let augment = self.recipe.augment.as_ref().filter(|augment| augment.changes_readings());
+            let pass =
+                TrainingPass { occasion: "population", augment: augment.map(|augment| (augment, key)) };
             self.feed.train(&mut self.engine, rows, pass)?;
         }
         self.engine.end_recomputing();
