@@ -5,7 +5,7 @@ use clap::Command;
 /// Titles of the groups and their commands; a build without some of them leaves those out.
 const GROUPS: [(&str, &[&str]); 6] = [
     ("Data: your recordings, or simulated ones", &["data", "simulate", "encode"]),
-    ("Train: networks on recordings", &["run", "zoo", "cost", "import", "forward", "stitch"]),
+    ("Train: networks on recordings", &["init", "run", "zoo", "cost", "import", "forward", "stitch"]),
     ("Judge: which network to take", &["report", "choose", "stress", "shrink"]),
     ("Ship: a model on a robot", &["fit", "calibrate", "predict", "stream", "inspect", "quantize", "export"]),
     ("Study: many experiments on many machines", &["sweep"]),

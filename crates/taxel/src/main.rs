@@ -29,7 +29,7 @@ type CommandResult = Result<ExitCode, Box<dyn std::error::Error>>;
 #[cfg_attr(
     feature = "lab",
     command(
-        after_help = "Start with:  taxel run configs/quickstart.toml\nHelp with examples:  taxel COMMAND --help"
+        after_help = "Start with:  taxel run RECORDINGS, or taxel run configs/quickstart.toml\nHelp with examples:  taxel COMMAND --help"
     )
 )]
 #[cfg_attr(
@@ -63,7 +63,9 @@ enum Command {
     #[cfg(feature = "lab")]
     Encode(commands::encode::Encode),
     #[cfg(feature = "lab")]
-    Run(commands::run::RunExperiments),
+    Init(commands::init::Init),
+    #[cfg(feature = "lab")]
+    Run(Box<commands::run::RunExperiments>),
     #[cfg(feature = "lab")]
     Fit(commands::fit::Fit),
     #[cfg(feature = "lab")]
@@ -146,6 +148,8 @@ impl Command {
             Command::Encode(command) => command.run(),
             #[cfg(feature = "lab")]
             Command::Run(command) => command.run(),
+            #[cfg(feature = "lab")]
+            Command::Init(command) => command.run(),
             #[cfg(feature = "lab")]
             Command::Fit(command) => command.run(),
             #[cfg(feature = "lab")]

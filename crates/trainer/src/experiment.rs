@@ -267,7 +267,7 @@ fn replace_data(table: &mut Table, data: &Path, positions: &mut Positions) -> Re
 }
 
 /// Returns the name of recordings as a file name: `my glove.npz` is `my-glove`.
-fn name_of(data: &Path) -> String {
+pub fn name_of(data: &Path) -> String {
     let stem = data.file_stem().unwrap_or_default().to_string_lossy();
     let plain = |c: char| if c.is_ascii_alphanumeric() || "._-".contains(c) { c } else { '-' };
     let name: String = stem.chars().map(plain).take(100).collect();

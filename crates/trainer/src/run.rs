@@ -34,7 +34,7 @@ struct SizedNetwork {
 const SHORTER: usize = 1000;
 
 /// Name of the file of a run folder that holds the resolved config.
-const CONFIG: &str = "config.toml";
+pub const RUN_CONFIG: &str = "config.toml";
 
 /// An experiment with what it needs to run.
 pub struct Runner<'a> {
@@ -70,7 +70,7 @@ pub fn run(
 /// # Errors
 /// A folder that holds no experiment, or data that cannot be loaded any more.
 pub fn open(folder: &RunFolder, registry: &Registry) -> Result<(Experiment, Dataset)> {
-    let experiment = Experiment::load(&folder.file(CONFIG), &Overrides::default(), registry)?;
+    let experiment = Experiment::load(&folder.file(RUN_CONFIG), &Overrides::default(), registry)?;
     let dataset = experiment.dataset()?;
     Ok((experiment, dataset))
 }
@@ -119,7 +119,7 @@ impl Runner<'_> {
             })?;
             Ok(difference("", &compared(before), &now))
         };
-        let identity = Identity { file: CONFIG, text, difference: &difference };
+        let identity = Identity { file: RUN_CONFIG, text, difference: &difference };
         let out = out.map_or_else(|| self.experiment.default_out(), PathBuf::from);
         validation
             .run_as(&out, &identity, options, progress, cancel)

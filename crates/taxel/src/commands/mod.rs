@@ -21,6 +21,8 @@ pub mod fit;
 pub mod forward;
 #[cfg(feature = "lab")]
 pub mod import;
+#[cfg(feature = "lab")]
+pub mod init;
 pub mod inspect;
 #[cfg(feature = "lab")]
 mod judging;

@@ -11,6 +11,7 @@ use taxel::learn::Progress;
 use taxel::{Experiment, Overrides, ReadOptions, Registry, ResultsTable, RunFolder, RunOptions};
 
 use crate::CommandResult;
+use crate::commands::arguments::budget::Budget;
 use crate::commands::arguments::option_hints::with_option_hint;
 use crate::commands::arguments::output_format::OutputFormat;
 use crate::commands::arguments::threads::Threads;
@@ -19,7 +20,10 @@ use crate::terminal::messages::{self, detail, note};
 use crate::terminal::progress::progress;
 use crate::{out, outln};
 
-/// Runs the experiment of each config: cross-validates its networks, prints their table, writes a run folder.
+/// Runs the experiment of each config, or of recordings: cross-validates networks, prints their table, writes a run folder.
+///
+/// Recordings without a config get the encoding, networks, baselines and folds that suit them, as `taxel init` writes them, within
+/// --budget. With --resume the choice is that of the run folder.
 ///
 /// Every network is trained and scored on every fold. Published numbers stand in a column of their own: they are a
 /// paper's, on that paper's recordings. Ctrl-C leaves a readable run folder; --resume goes on from it.
@@ -27,16 +31,19 @@ use crate::{out, outln};
 /// A training stops when its loss is not finite any more, and the others go on. One that ends far above the loss of
 /// guessing is marked as diverged. Exit code 1: some folds did not finish.
 #[derive(Args)]
-#[command(after_help = "Examples:  taxel run configs/quickstart.toml
+#[command(after_help = "Examples:  taxel run presses.npz --budget 20m
+           taxel run configs/quickstart.toml
            taxel run configs/quickstart.toml --quick --set train.epochs=5 --output runs/try
            taxel run configs/quickstart.toml --data presses/ --length resample:300
            TAXEL_DATA=/data taxel run configs/real/fsr-glove28.toml --resume
            taxel run configs/hardness/hardness.toml --only mlp,lstm --resume
            taxel run configs/quickstart.toml --set train.epochs=5 --print-config > mine.toml")]
 pub struct RunExperiments {
-    /// Experiment files.
-    #[arg(required = true, value_hint = ValueHint::FilePath)]
+    /// Experiment files, or files and folders of recordings.
+    #[arg(required = true, value_name = "CONFIG|DATA", value_hint = ValueHint::AnyPath)]
     config: Vec<PathBuf>,
+    #[command(flatten)]
+    budget: Budget,
     /// Uses the values of the config's [quick] table.
     #[arg(long)]
     quick: bool,
@@ -81,17 +88,25 @@ impl RunExperiments {
     pub fn run(self) -> CommandResult {
         let cancel = flag(GRACE)?;
         let registry = Registry::built_in();
+        let threads = self.threads.count()?;
+        if let Some(path) = self.config.iter().find(|path| self.data.is_some() && !is_config(path)) {
+            return Err(format!("{} and --data are both recordings; keep one of them", path.display()).into());
+        }
         let set = self.set.iter().cloned().chain(settings(&self.read_options)).collect();
         let overrides =
             Overrides { quick: self.quick, set, data: self.data.clone(), seed: self.seed, place: None };
         // All configs are read before the first runs: a typo in the last one costs no hours.
-        let load = |path: &PathBuf| Experiment::load(path, &overrides, &registry);
-        let experiments = self.config.iter().map(load).collect::<Result<Vec<_>, _>>()?;
+        let load = |path: &PathBuf| match is_config(path) {
+            true => Experiment::load(path, &overrides, &registry),
+            false => self.started(path, &registry, threads, &cancel),
+        };
+        let experiments = self.config.iter().map(load).collect::<Result<Vec<_>, _>>();
+        let experiments = experiments.map_err(|error| with_option_hint(error, None))?;
         if self.print_config {
             experiments.iter().for_each(|experiment| out!("{}", experiment.to_toml()));
             return Ok(ExitCode::SUCCESS);
         }
-        let threads = Some(self.threads.count()?);
+        let threads = Some(threads);
         let (resume, save_every, time_again) = (self.resume, self.save_every, self.time_again);
         let options = RunOptions { resume, threads, save_every, time_again, ..RunOptions::default() };
         let mut finished = true;
@@ -128,6 +143,29 @@ impl RunExperiments {
         Ok(if finished { ExitCode::SUCCESS } else { ExitCode::from(1) })
     }
 
+    /// Chooses the experiment of recordings; one that goes on is that of its run folder.
+    fn started(
+        &self,
+        path: &Path,
+        registry: &Registry,
+        threads: usize,
+        cancel: &AtomicBool,
+    ) -> experiment::Result<Experiment> {
+        let (quick, seed) = (self.quick, self.seed);
+        let overrides = Overrides { quick, seed, set: self.set.clone(), ..Overrides::default() };
+        if self.resume {
+            let folder =
+                self.output.clone().unwrap_or_else(|| Path::new("runs").join(experiment::name_of(path)));
+            let begun = folder.join(experiment::RUN_CONFIG);
+            if begun.is_file() {
+                let set = self.set.iter().cloned().chain(settings(&self.read_options)).collect();
+                return Experiment::load(&begun, &Overrides { set, ..overrides }, registry);
+            }
+        }
+        let start = self.budget.start(path, &self.read_options, threads, cancel)?;
+        Experiment::parse(&start.to_toml(), &start.file(), &overrides, registry)
+    }
+
     /// Runs an experiment, and its trainings without some of the classes, if it has any.
     fn train(
         &self,
@@ -157,4 +195,9 @@ impl RunExperiments {
             None => experiment.default_out(),
         }
     }
+}
+
+/// Checks whether a path is an experiment file, and not recordings.
+fn is_config(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml"))
 }

@@ -1,5 +1,7 @@
 //! Arguments that several commands share, each with one meaning.
 
+#[cfg(feature = "lab")]
+pub mod budget;
 pub mod certainty;
 pub mod model_recordings;
 #[cfg(feature = "lab")]

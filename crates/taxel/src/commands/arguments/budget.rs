@@ -1,0 +1,47 @@
+//! `--budget`, and the experiment of recordings that it limits.
+
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+use std::time::Duration;
+
+use clap::Args;
+use taxel::experiment::{self, Start};
+use taxel::{ReadOptions, Registry};
+
+use crate::terminal::messages::{detail, note};
+
+/// The `--budget` of commands that choose an experiment.
+#[derive(Args)]
+pub struct Budget {
+    /// Time that the experiment of recordings may take on this machine: 90s, 10m, 2h. Epochs, networks and training under
+    /// faults are left out until it fits.
+    #[arg(long, value_name = "TIME", default_value = "10m", value_parser = humantime::parse_duration)]
+    budget: Duration,
+}
+
+impl Budget {
+    /// Chooses the experiment of the recordings at `path`, and says what it is. Each method is tried for a moment on a few of them.
+    ///
+    /// # Errors
+    /// Recordings that cannot be read or learned from.
+    pub fn start(
+        &self,
+        path: &Path,
+        options: &ReadOptions,
+        threads: usize,
+        cancel: &AtomicBool,
+    ) -> experiment::Result<Start> {
+        let dataset = taxel::load(path, options)?;
+        dataset.refuse_one_class()?;
+        let absolute = std::path::absolute(path).unwrap_or_else(|_| path.into());
+        let whole = Start::new(&dataset, &absolute, options);
+        let estimates = whole.measured(&dataset, &Registry::built_in(), cancel)?;
+        for estimate in &estimates {
+            let (begin, epoch) = (1e3 * estimate.begin, 1e3 * estimate.epoch);
+            detail(format!("{}: {begin:.3} ms for a sample, and {epoch:.3} ms in an epoch", estimate.name));
+        }
+        let start = whole.within(self.budget, &estimates, threads);
+        note(start.summary());
+        Ok(start)
+    }
+}

@@ -1,0 +1,186 @@
+//! How long a first experiment takes here, and what of it fits a budget.
+
+use std::sync::atomic::AtomicBool;
+use std::time::{Duration, Instant};
+
+use taxel_data::Dataset;
+use taxel_learn::{RunOptions, Silent};
+use taxel_zoo::Registry;
+
+use crate::error::Result;
+use crate::experiment::{Experiment, Overrides};
+use crate::run::Runner;
+use crate::start::start::Start;
+
+/// Samples that each method is tried on.
+const TRIED: usize = 256;
+/// Epochs of which the time of one is measured.
+const MORE_EPOCHS: usize = 4;
+/// Fewest epochs of a recipe that is shortened.
+const LEAST_EPOCHS: usize = 20;
+/// How much longer a training under faults takes, whose samples are encoded anew in every epoch.
+const UNDER_FAULTS: f64 = 1.3;
+/// Copies of the training part that a baseline sees under faults, with the clean one.
+const COPIES: f64 = 5.0;
+/// Share of the budget that the estimate may take: what it leaves out are tests, tables and files.
+const SHARE: f64 = 0.8;
+
+/// The time that one method takes, measured on a few samples.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Estimate {
+    /// Name of the network or baseline.
+    pub name: String,
+    /// Whether it is a network, whose time grows with its epochs.
+    pub is_network: bool,
+    /// Seconds for one sample before the first epoch, such as its encoding; of a baseline for all.
+    pub begin: f64,
+    /// Seconds for one sample in one epoch; 0 of a baseline.
+    pub epoch: f64,
+}
+
+impl Start {
+    /// Measures a few epochs of each network, and each baseline, on up to 256 samples.
+    ///
+    /// # Errors
+    /// Samples that the experiment cannot learn from.
+    pub fn measured(
+        &self,
+        dataset: &Dataset,
+        registry: &Registry,
+        cancel: &AtomicBool,
+    ) -> Result<Vec<Estimate>> {
+        let step = dataset.len().div_ceil(TRIED).max(1);
+        let rows: Vec<usize> = (0..dataset.len()).step_by(step).collect();
+        let few = dataset.select(&rows);
+        let clean = Start { is_hardened: false, ..self.clone() };
+        let of_epochs = |epochs: usize| {
+            let set = vec![format!("train.epochs={epochs}"), "train.least_steps=1".into()];
+            let overrides = Overrides { set, ..Overrides::default() };
+            Experiment::parse(&clean.to_toml(), &self.file(), &overrides, registry)
+        };
+        let [short, long] = [of_epochs(1)?, of_epochs(1 + MORE_EPOCHS)?];
+        let options = RunOptions { threads: Some(1), ..RunOptions::default() };
+        // None where it cannot be fitted: the run leaves it out with its reason.
+        let timed = |experiment: &Experiment, name: &str| {
+            let begun = Instant::now();
+            let runner = Runner { experiment, registry, dataset: &few };
+            runner.fit(name, &options, None, &Silent, cancel).ok()?;
+            Some(begun.elapsed().as_secs_f64() / rows.len().max(1) as f64)
+        };
+        let config = short.config();
+        let networks = config.networks.iter().map(|network| (network.label.clone(), true));
+        let baselines = config.methods().into_iter().map(|method| (method.name().to_string(), false));
+        let mut estimates = vec![];
+        for (name, is_network) in networks.chain(baselines) {
+            let Some(begin) = timed(&short, &name) else { continue };
+            let more = if is_network { timed(&long, &name).unwrap_or(begin) - begin } else { 0.0 };
+            estimates.push(Estimate { name, is_network, begin, epoch: more.max(0.0) / MORE_EPOCHS as f64 });
+        }
+        Ok(estimates)
+    }
+
+    /// Leaves out what does not fit `budget` on `threads` threads: epochs down to half, then the last networks, and of one network
+    /// epochs down to 20, then training under faults.
+    pub fn within(self, budget: Duration, estimates: &[Estimate], threads: usize) -> Self {
+        let most = SHARE * budget.as_secs_f64();
+        let mut smallest = self.clone();
+        for candidate in self.smaller() {
+            let seconds = candidate.seconds(estimates, threads);
+            smallest = Start { minutes: Some(seconds / 60.0), ..candidate };
+            if seconds <= most {
+                break;
+            }
+        }
+        smallest
+    }
+
+    /// Lists this experiment and ever smaller ones.
+    fn smaller(&self) -> Vec<Start> {
+        let whole = self.family.epochs;
+        let mut all = vec![];
+        for is_hardened in [self.is_hardened, false] {
+            for networks in (1..=self.family.networks.len()).rev() {
+                let least = if networks == 1 { LEAST_EPOCHS.min(whole) } else { whole / 2 };
+                let mut epochs = whole;
+                loop {
+                    let mut one = Start { is_hardened, ..self.clone() };
+                    one.family.networks.truncate(networks);
+                    one.family.epochs = epochs;
+                    all.push(one);
+                    if epochs <= least {
+                        break;
+                    }
+                    epochs = (epochs * 4 / 5).max(least);
+                }
+            }
+        }
+        all
+    }
+
+    /// Estimates the seconds of the whole experiment.
+    fn seconds(&self, estimates: &[Estimate], threads: usize) -> f64 {
+        let epochs = self.effective_epochs();
+        let of = |estimate: &Estimate| {
+            let samples = self.trained as f64 * self.folds as f64;
+            let harder = if self.is_hardened { 1.0 } else { 0.0 };
+            if !estimate.is_network {
+                return estimate.begin * samples * (1.0 + harder * COPIES);
+            }
+            let is_tried = self.family.networks.iter().any(|name| *name == estimate.name);
+            let each = estimate.begin * (1.0 + harder)
+                + estimate.epoch * epochs as f64 * (1.0 + harder * UNDER_FAULTS);
+            if is_tried { samples * each } else { 0.0 }
+        };
+        estimates.iter().map(of).sum::<f64>() / threads.max(1) as f64
+    }
+
+    /// Returns the epochs, with the least number of steps of the recipe.
+    fn effective_epochs(&self) -> usize {
+        let least = self.family.recipe.iter().find_map(|line| line.strip_prefix("least_steps = "));
+        let least: usize = least.and_then(|steps| steps.split_whitespace().next()?.parse().ok()).unwrap_or(0);
+        let steps = self.trained.div_ceil(64).max(4);
+        self.family.epochs.max(least / steps)
+    }
+
+    /// Returns the name of its config in messages.
+    pub fn file(&self) -> String {
+        format!("{}.toml", self.name())
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use ndarray::Array3;
+    use taxel_data::{Layout, ReadOptions};
+
+    use super::*;
+
+    fn start() -> Start {
+        let x = Array3::from_shape_fn((6000, 2, 24), |(i, channel, t)| (i * channel + t) as f32);
+        let labels: Vec<usize> = (0..6000).map(|i| i % 3).collect();
+        let dataset = Dataset::new("skin", Layout::Series, x.into_dyn(), &labels).unwrap();
+        Start::new(&dataset, "skin.npz".as_ref(), &ReadOptions::default())
+    }
+
+    #[test]
+    fn what_does_not_fit_is_left_out_in_order() {
+        let networks = ["dilated-resnet-rocket-1d", "resnet8-lite-1d", "dilated-resnet-1d"];
+        let of = |name: &str, epoch| Estimate { name: name.into(), is_network: true, begin: 0.0, epoch };
+        let estimates = networks.map(|name| of(name, 1e-4));
+        // 4800 samples, 5 folds and 80 epochs: 442 s for each network and its twin.
+        let fitted = |seconds: u64| {
+            let start = start().within(Duration::from_secs(seconds), &estimates, 1);
+            (start.family.networks.len(), start.family.epochs, start.is_hardened)
+        };
+        assert_eq!(fitted(2000), (3, 80, true));
+        assert_eq!(fitted(1000), (3, 40, true));
+        assert_eq!(fitted(700), (2, 40, true));
+        assert_eq!(fitted(300), (1, 40, true));
+        assert_eq!(fitted(150), (1, 20, true));
+        assert_eq!(fitted(61), (1, 20, false));
+        let faster = start().within(Duration::from_secs(1000), &estimates, 2);
+        assert_eq!((faster.family.networks.len(), faster.family.epochs), (3, 80), "two threads");
+        assert!(faster.minutes.unwrap() <= 0.8 * 1000.0 / 60.0);
+    }
+}

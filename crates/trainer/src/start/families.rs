@@ -1,0 +1,153 @@
+//! Which networks, baselines, encoding and recipe suit samples of a layout.
+//!
+//! # Reference
+//!
+//! The recipes of `configs/real/*-hardened.toml` and of the configs of values, chosen there on inner folds.
+
+use taxel_data::{Layout, Task};
+
+/// What is tried on samples of one layout.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Family {
+    /// Lines of `[encoding]`.
+    pub encoding: Vec<String>,
+    /// Networks, the most promising first.
+    pub networks: Vec<&'static str>,
+    /// Baselines, as TOML.
+    pub baselines: Vec<&'static str>,
+    /// Epochs of the recipe.
+    pub epochs: usize,
+    /// Further lines of `[train]`.
+    pub recipe: Vec<&'static str>,
+}
+
+/// The recipe of taxel's own networks, of which few samples get more steps.
+const ADAMW: [&str; 6] = [
+    "batch_size = 64",
+    r#"optimizer = { name = "adamw", lr = 3e-3, weight_decay = 0.02, decay = "matrices" }"#,
+    "warm_up = 0.1",
+    r#"schedule = { kind = "cosine" }"#,
+    "least_steps = 800                      # few samples get more epochs",
+    "least_batches = 4",
+];
+
+/// The recipe of image networks: steps down steady the last epochs.
+const SGDM: [&str; 4] = [
+    "batch_size = 32",
+    r#"optimizer = { name = "sgdm", lr = 0.01, momentum = 0.9 }"#,
+    r#"schedule = { kind = "steps", at = [0.6, 0.85], factor = 0.1 }"#,
+    r#"batch_norm = "population""#,
+];
+
+/// The largest side of an image that is kept.
+const LARGEST_SIDE: usize = 64;
+/// Least time steps from which MiniRocket makes features.
+const ROCKET_STEPS: usize = 9;
+/// Most windows for the ridge of MiniRocket on values, which takes gigabytes beyond.
+const ROCKET_WINDOWS: usize = 8000;
+/// Time steps of the two fingers of Zhang et al. 2022, one pressure and 22 vibrations each.
+const NUMATAC_STEPS: usize = 300;
+/// Steps back whose differences a history holds.
+const LAGS: [usize; 6] = [1, 2, 4, 8, 16, 32];
+
+impl Family {
+    /// Returns what is tried on samples of `layout` with axes `shape`.
+    pub(super) fn of(layout: Layout, shape: &[usize], task: &Task, samples: usize) -> Self {
+        let mut family = match (layout, shape) {
+            (Layout::Series, [_, steps]) => Self::series(*steps, task, samples),
+            (Layout::Fingers, [2, 23, steps]) if *steps >= NUMATAC_STEPS => Self::numatac(),
+            (Layout::Fingers, [_, _, steps]) => Self::series(*steps, task, samples),
+            (Layout::Image, [rows, columns]) | (Layout::Colour, [_, rows, columns]) => {
+                Self::images([*rows, *columns])
+            }
+            (Layout::Sequence, _) => Self::sequences(),
+            _ => Self::features(),
+        };
+        match task {
+            Task::Values(_) => {
+                family.baselines.retain(|name| !name.contains("majority") && !name.contains("svm"));
+                family.baselines.splice(0..0, [r#""mean""#, r#""ridge""#]);
+                family.recipe.push(r#"loss = "huber""#);
+            }
+            Task::Classes(_) => family.recipe.push("label_smoothing = 0.1"),
+            Task::Levels(_) => {}
+        }
+        family
+    }
+
+    fn series(steps: usize, task: &Task, samples: usize) -> Self {
+        let is_of_values = matches!(task, Task::Values(_));
+        let mut baselines = vec![r#""majority""#, r#""k-nn""#];
+        if steps >= ROCKET_STEPS && !(is_of_values && samples > ROCKET_WINDOWS) {
+            baselines.push(r#""mini-rocket""#);
+        }
+        let recipe = [&ADAMW[..], &[r#"batch_norm = "population""#]].concat();
+        if is_of_values {
+            let lags: Vec<String> = LAGS.iter().filter(|lag| **lag < steps).map(usize::to_string).collect();
+            let encoding = if lags.is_empty() {
+                vec![]
+            } else {
+                let about = "# the last reading and its differences to earlier ones";
+                vec![format!("signal = {{ kind = \"history\", lags = [{}] }}   {about}", lags.join(", "))]
+            };
+            baselines.push(r#""extra-trees""#);
+            return Self { encoding, networks: vec!["deep-mlp"], baselines, epochs: 60, recipe };
+        }
+        if steps < ROCKET_STEPS {
+            let networks = vec!["deep-mlp", "mlp"];
+            return Self { encoding: vec![], networks, baselines, epochs: 80, recipe };
+        }
+        let recipe = [&ADAMW[..], &[r#"batch_norm = "moving""#]].concat();
+        let encoding = vec![
+            "signal = { kind = \"quantile-code\" }   # no reading can be larger than those of training"
+                .into(),
+            "rocket = { features = 2000 }           # MiniRocket's, for dilated-resnet-rocket-1d".into(),
+        ];
+        let networks = vec!["dilated-resnet-rocket-1d", "resnet8-lite-1d", "dilated-resnet-1d"];
+        Self { encoding, networks, baselines, epochs: 80, recipe }
+    }
+
+    fn features() -> Self {
+        let baselines =
+            vec![r#""majority""#, r#""k-nn""#, r#""svm-linear""#, r#""svm-rbf""#, r#""extra-trees""#];
+        let recipe = [&ADAMW[..], &[r#"batch_norm = "population""#]].concat();
+        Self { encoding: vec![], networks: vec!["deep-mlp"], baselines, epochs: 80, recipe }
+    }
+
+    fn images([rows, columns]: [usize; 2]) -> Self {
+        let most = rows.max(columns);
+        let side = |side: usize| (side * LARGEST_SIDE / most).max(1);
+        let resize = if most > LARGEST_SIDE {
+            format!("resize = [{}, {}], ", side(rows), side(columns))
+        } else {
+            String::new()
+        };
+        let encoding = vec![format!("image = {{ kind = \"raw\", {resize}scale = \"z-score\" }}")];
+        let networks = vec!["resnet8-lite-2d", "vgg6-lite-2d"];
+        let baselines = vec![r#""majority""#, r#""k-nn""#];
+        Self { encoding, networks, baselines, epochs: 60, recipe: SGDM.to_vec() }
+    }
+
+    fn sequences() -> Self {
+        let encoding = vec![
+            r#"tensor = { scale = "z-score" }"#.into(),
+            "image = { kind = \"frame\", frame = \"peak\", scale = \"z-score\" }   # the frame of the largest sum"
+                .into(),
+        ];
+        let networks = vec!["resnet8-lite-2d", "tactnet3d-4-8"];
+        let baselines = vec![r#""majority""#, r#""k-nn""#, r#""mini-rocket""#];
+        Self { encoding, networks, baselines, epochs: 50, recipe: SGDM.to_vec() }
+    }
+
+    fn numatac() -> Self {
+        let encoding = vec![r#"image = { kind = "numatac" }"#.into()];
+        let baselines = vec![r#""majority""#, r#""mini-rocket""#];
+        let recipe = vec![
+            "batch_size = 32",
+            r#"optimizer = { name = "adam", lr = 1e-3 }"#,
+            r#"schedule = { kind = "cosine" }"#,
+            r#"batch_norm = "moving""#,
+        ];
+        Self { encoding, networks: vec!["multiscale-cnn"], baselines, epochs: 60, recipe }
+    }
+}

@@ -1,0 +1,96 @@
+//! `taxel init` and `taxel run` of recordings: an experiment that nobody wrote.
+
+#![allow(clippy::unwrap_used)]
+
+use std::fs;
+use std::path::Path;
+
+use assert_cmd::Command;
+use ndarray::ArrayD;
+use taxel::data::{Quantity, Targets, Values};
+use taxel::{Dataset, Layout};
+
+/// Runs a command in a folder and returns what it printed, with its notes.
+fn says(folder: &Path, code: i32, arguments: &[&str]) -> String {
+    let output = Command::cargo_bin("taxel").unwrap().current_dir(folder).args(arguments).output().unwrap();
+    let text = [output.stdout, output.stderr].map(|text| String::from_utf8(text).unwrap()).concat();
+    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {text}");
+    text
+}
+
+/// Recordings whose readings grow with their class, of three classes in four groups.
+fn recordings(layout: Layout, shape: &[usize]) -> Dataset {
+    let samples = 36;
+    let x = ArrayD::from_shape_fn([&[samples], shape].concat(), |at| {
+        let place: usize = (1..=shape.len()).map(|axis| at[axis] * (7 + axis)).sum();
+        (1 + at[0] % 3) as f32 * 20.0 + ((at[0] * 31 + place * 17) % 23) as f32
+    });
+    let labels: Vec<usize> = (0..samples).map(|i| i % 3).collect();
+    Dataset::new("skin", layout, x, &labels).unwrap()
+}
+
+#[test]
+fn every_layout_gets_a_config_that_reads() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let sets = [
+        (Layout::Features, vec![6], "deep-mlp"),
+        (Layout::Series, vec![3, 30], "dilated-resnet-rocket-1d"),
+        (Layout::Series, vec![3, 5], "deep-mlp"),
+        (Layout::Image, vec![12, 10], "resnet8-lite-2d"),
+        (Layout::Colour, vec![3, 80, 70], "resize = [64, 56]"),
+        (Layout::Sequence, vec![6, 9, 8], "tactnet3d-4-8"),
+        (Layout::Fingers, vec![2, 3, 30], "resnet8-lite-1d"),
+    ];
+    for (layout, shape, wanted) in sets {
+        recordings(layout, &shape).save(&at.join("skin.npz")).unwrap();
+        fs::remove_file(at.join("skin.toml")).ok();
+        let said = says(at, 0, &["init", "skin.npz"]);
+        assert!(said.contains("config: skin.toml") && said.contains("min on this machine"), "{said}");
+        let text = fs::read_to_string(at.join("skin.toml")).unwrap();
+        assert!(text.contains(wanted) && text.contains("[harden]"), "{layout:?} {shape:?}: {text}");
+        let whole = says(at, 0, &["run", "skin.toml", "--print-config"]);
+        assert!(whole.contains("[protocol]") && whole.contains("split = \"stratified\""), "{whole}");
+    }
+    let error = says(at, 2, &["init", "skin.npz"]);
+    assert!(error.contains("skin.toml: is there already"), "{error}");
+    let error = says(at, 2, &["run", "skin.npz", "--budget", "soon"]);
+    assert!(error.contains("--budget"), "{error}");
+}
+
+#[test]
+fn recordings_run_without_a_config_within_their_budget() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let dataset = recordings(Layout::Series, &[2, 24]).with_groups(&[0, 1, 2, 3].repeat(9)).unwrap();
+    dataset.save(&at.join("skin.npz")).unwrap();
+    let table = says(at, 0, &["run", "skin.npz", "--budget", "2s", "--set", "train.least_steps=1"]);
+    // Groups stay whole, and the networks that take the longest are left out.
+    assert!(table.contains("grouped 4-fold") && table.contains("dilated-resnet-rocket-1d"), "{table}");
+    assert!(!table.contains("resnet8-lite-1d"), "{table}");
+    let results = fs::read(at.join("runs/skin/results.json")).unwrap();
+    says(at, 0, &["run", "skin.npz", "--resume"]);
+    assert_eq!(fs::read(at.join("runs/skin/results.json")).unwrap(), results, "the choice of the run folder");
+    let error = says(at, 2, &["run", "skin.npz", "--data", "skin.npz"]);
+    assert!(error.contains("keep one of them"), "{error}");
+}
+
+#[test]
+fn values_get_baselines_and_a_network_of_values() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let mut dataset = recordings(Layout::Series, &[2, 24]);
+    let force = Quantity { name: "force".into(), unit: Some("N".into()) };
+    dataset.targets = Targets::Values(Values::new(vec![force], (0..36).map(|i| i as f32 * 0.3).collect()));
+    dataset.save(&at.join("skin.npz")).unwrap();
+    says(at, 0, &["init", "skin.npz", "--output", "force.toml"]);
+    let text = fs::read_to_string(at.join("force.toml")).unwrap();
+    for wanted in ["\"ridge\"", "\"extra-trees\"", "deep-mlp", "loss = \"huber\"", "lags = [1, 2, 4, 8, 16]"]
+    {
+        assert!(text.contains(wanted), "{wanted}: {text}");
+    }
+    assert!(!text.contains("majority") && !text.contains("label_smoothing"), "{text}");
+    let table =
+        says(at, 0, &["run", "force.toml", "--set", "train.epochs=2", "--set", "train.least_steps=1"]);
+    assert!(table.contains("MAE N"), "{table}");
+}
