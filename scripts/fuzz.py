@@ -8,8 +8,9 @@
 Needs a nightly compiler, `cargo install cargo-fuzz`, and for --lines `rustup component add --toolchain nightly
 llvm-tools`. A first second per target measures how fast it is. All then get about the same time, so a fast reader
 gets more of the files. Corpora stay in fuzz/corpus and are used again, and
-fuzz/artifacts/ledger.json adds up what all runs did, so that a long job may be cut into evenings (--seconds, --built). A file that breaks a reader ends its
-target and lies in fuzz/artifacts/<reader>; the exit code is 1.
+fuzz/artifacts/ledger.json adds up what all runs did, so that a long job may be cut into evenings (--seconds, --built). A
+machine without a ledger begins with the table of docs/fuzzing.md. A file that breaks a reader ends its target and lies in
+fuzz/artifacts/<reader>; the exit code is 1.
 """
 
 import argparse
@@ -24,6 +25,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 FUZZ = ROOT / "fuzz"
 LEDGER = FUZZ / "artifacts" / "ledger.json"
+PAGE = ROOT / "docs" / "fuzzing.md"
 NIGHTLY = ["cargo", "+nightly"]
 # Crates whose lines a reader is made of.
 READERS = ["data", "checkpoint", "onnx", "learn", "judge", "trainer", "scenes"]
@@ -59,9 +61,21 @@ def fuzz(binary, name, options, limits):
     return own
 
 
+def before(ledger=LEDGER, table=PAGE):
+    """Sums of all runs so far: of the ledger, or of the page where this machine has no ledger."""
+    if ledger.exists():
+        return json.loads(ledger.read_text())
+    known = {}
+    for row in re.findall(r"^\| (\w+) \| ([\d,]+ \|(?: \d+ \|){5})$", table.read_text(), re.M):
+        files, edges, features, corpus, rss, found = (int(cell.replace(",", "")) for cell in row[1].split("|")[:6])
+        # The page counts what was found and does not name it.
+        known[row[0]] = {"files": files, "edges": edges, "features": features, "corpus": corpus, "rss": rss, "found": [""] * found}
+    return known
+
+
 def add(name, own, ledger=LEDGER):
     """Adds a run of a target to what was done before."""
-    known = json.loads(ledger.read_text()) if ledger.exists() else {}
+    known = before(ledger)
     sums = known.setdefault(name, {"files": 0, "edges": 0, "features": 0, "corpus": 0, "rss": 0, "found": []})
     sums["files"] += own["files"]
     for key in ("edges", "features", "corpus", "rss"):
@@ -73,7 +87,7 @@ def add(name, own, ledger=LEDGER):
 
 def page(names):
     """Writes docs/fuzzing.md from the ledger."""
-    known = json.loads(LEDGER.read_text()) if LEDGER.exists() else {}
+    known = before()
     rows, total = [], 0
     for name in names:
         own = known.get(name)
@@ -93,7 +107,7 @@ broke a reader, each of which was mended and is kept in `fuzz/found/`.
 | reader | files | edges | features | corpus | peak memory (MB) | found |
 |---|---|---|---|---|---|---|
 """ + "\n".join(rows) + "\n"
-    (ROOT / "docs/fuzzing.md").write_text(text)
+    PAGE.write_text(text)
 
 
 def lines(name, triple):
