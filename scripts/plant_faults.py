@@ -6,8 +6,9 @@
     python3 scripts/plant_faults.py --list           the names
     python3 scripts/plant_faults.py --places         only whether each place is still in the source
 
-The source is copied to a folder of its own first. A fault is a line of the product that is replaced; one whose place is gone
-is an error, so that the list follows the code. Exit code 1 if a fault goes unnoticed.
+The source is copied to a folder of its own first and built there; --built FOLDER saves that first build, which is long. A
+fault is a line of the product that is replaced; one whose place is gone is an error, so that the list follows the code.
+Exit code 1 if a fault goes unnoticed.
 """
 
 import argparse
@@ -80,8 +81,34 @@ FAULTS = [
     ("the cut first line of a port", "crates/stream/src/text.rs", "number == 1 && self.begins_inside", "number == 0 && self.begins_inside", tests("taxel", "stream")),
     ("a .pth in another order of memory", "crates/checkpoint/src/pth.rs", "index.iter().zip(strides)", "index.iter().rev().zip(strides)", [*tests("taxel-checkpoint", "pth"), "--features", "pth"]),
     ("a prefix of parameter names", "crates/graph/src/weights.rs", "hint: self.hint(&param.name).into(),", 'hint: "".into(),', tests("taxel-checkpoint", "files")),
+    ("runs differ by chance alone", JUDGE + "statistics/pooling.rs", "let between = paule_mandel(effects);", "let between = 0.0 * paule_mandel(effects);", tests("taxel-judge", "statistics")),
+    ("runs that agree by chance are sure", JUDGE + "statistics/pooling.rs", "(heterogeneity(effects, between) / freedom).max(1.0)", "(heterogeneity(effects, between) / freedom)", tests("taxel-judge", "statistics")),
+    ("few runs are many", JUDGE + "statistics/pooling.rs", "student(mean, error, freedom, confidence)", "student(mean, error, 1e6 * freedom, confidence)", tests("taxel-judge", "statistics")),
+    ("every look may spend all", JUDGE + "statistics/pooling.rs", "let confidence = 1.0 - (by_now - before);", "let confidence = 0.95 + 0.0 * (by_now - before);", tests("taxel-judge", "lib")),
+    ("a look has the level of the whole run", "crates/reproduction/src/claims/benchmark.rs", "confidence: look.confidence,", "confidence: self.confidence,", tests("taxel-reproduction", "lib")),
+    ("weights are not trained with", LEARN + "training/learner.rs", "Some(weights) => engine.backward_weighted(loss, targets, weights),", "Some(_) => engine.backward_with(loss, targets),", tests("taxel-learn", "weights")),
+    ("a window has the target of its first step", DATA + "targets/steps.rs", "firsts[*recording] + start + to - 1", "firsts[*recording] + start + to - to", tests("taxel-data", "events", "values_steps")),
+    ("a delay counts samples", LEARN + "metrics/detections.rs", "at.steps[*row] - at.steps[run[0]]", "(at.steps[*row] - at.steps[run[0]]) / at.hop", tests("taxel-learn", "detections")),
+    ("a delay is that of the last call", LEARN + "metrics/detections.rs", "run.iter().find(|row| is_called[**row])", "run.iter().rev().find(|row| is_called[**row])", tests("taxel-learn", "detections")),
+    ("the rest of another sample", DATA + "length/ragged.rs", "levels.chunks_exact(inner.max(1)).zip(lengths)", "levels.chunks_exact(inner.max(1)).cycle().skip(outer).zip(lengths)", tests("taxel-data", "tare")),
     ("a fold without a trained class", "crates/learn/src/metrics/table.rs", "if recalls.is_empty() { 0.0 }", "if recalls.is_empty() { f64::NAN }", NOISE),
 ]
+
+
+def copy(source):
+    """Copies the sources that git knows or would take. What is here already and differs gets a new time, so that cargo never
+    takes what an earlier run built of a fault for what was built of the source."""
+    kept = subprocess.run(["git", "ls-files", "-z", "-co", "--exclude-standard"], cwd=ROOT, check=True, capture_output=True).stdout
+    names = {name for name in kept.decode().split("\0") if name and (ROOT / name).is_file()}
+    for path in [path for path in source.rglob("*") if path.is_file() and str(path.relative_to(source)) not in names]:
+        path.unlink()
+    for name in names:
+        path = source / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        if not path.exists():
+            shutil.copy2(ROOT / name, path)
+        elif path.read_bytes() != (ROOT / name).read_bytes():
+            shutil.copyfile(ROOT / name, path)
 
 
 def main():
@@ -90,6 +117,7 @@ def main():
     parser.add_argument("--list", action="store_true", help="print the names")
     parser.add_argument("--places", action="store_true", help="only check that each place is there once")
     parser.add_argument("--work", type=Path, default=ROOT / "target/faults", help="folder of the copy [%(default)s]")
+    parser.add_argument("--built", type=Path, help="target folder of the same source, copied as the first build")
     parser.add_argument("--seconds", type=int, default=1500, help="longest build and test of one fault [%(default)s]")
     options = parser.parse_args()
 
@@ -101,14 +129,13 @@ def main():
         print("\n".join(name for name, *_ in chosen))
         return
 
-    source = options.work / "source"
-    shutil.rmtree(source, ignore_errors=True)
-    kept = subprocess.run(["git", "ls-files", "-z", "-co", "--exclude-standard"], cwd=ROOT, check=True, capture_output=True).stdout
-    for name in kept.decode().split("\0"):
-        if name and (ROOT / name).is_file():
-            (source / name).parent.mkdir(parents=True, exist_ok=True)
-            shutil.copy2(ROOT / name, source / name)
-    environment = {"CARGO_TARGET_DIR": str(options.work / "target"), **os.environ, "CARGO_INCREMENTAL": "0"}
+    source, target = options.work / "source", options.work / "target"
+    if options.built and not target.exists():
+        if source.exists():
+            sys.exit(f"{source} is from an earlier run, and {target} is gone; remove both to begin anew")
+        shutil.copytree(options.built, target, symlinks=True)
+    copy(source)
+    environment = {**os.environ, "CARGO_TARGET_DIR": str(target.resolve()), "CARGO_INCREMENTAL": "0"}
 
     unnoticed = 0
     print("| fault | test | outcome | seconds |\n|---|---|---|---|", flush=True)
