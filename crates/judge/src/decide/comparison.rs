@@ -394,3 +394,121 @@ fn mcnemar_of(differences: Vec<f64>) -> f64 {
     let count = |is: fn(f64) -> bool| differences.iter().filter(|d| is(**d)).count() as u64;
     mcnemar(count(|d| d > 0.0), count(|d| d < 0.0))
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+    use crate::synthetic::{Player, Setting, player, random_splits, synthetic};
+    use taxel_data::Quantity;
+    use taxel_learn::metrics::Outcome;
+
+    const LARGE: &[usize] = &[5, 6, 5, 4, 5];
+    const SMALL: &[usize] = &[6, 6, 5, 5, 5];
+
+    #[test]
+    fn an_effect_has_the_standard_error_of_its_interval() {
+        let players = vec![player("large", 10.0, LARGE), player("small", 1.0, SMALL)];
+        let (comparison, _) = synthetic(&Setting::default(), players);
+        let effect = comparison.difference("small", "large", None).unwrap().unwrap();
+        // Differences -1, 0, 0, -1, 0 have the variance 0.3; a fold tests 100 samples for 400 in training.
+        let error = ((0.2f64 + 0.25) * 0.3).sqrt();
+        assert!((effect.error.unwrap() - error).abs() < 1e-9, "{effect:?}");
+        // scipy.stats.t.ppf(0.975, 4)
+        let [low, high] = effect.interval.unwrap();
+        assert!((high - low - 2.0 * 2.7764451052 * error).abs() < 1e-6, "{effect:?}");
+    }
+
+    #[test]
+    fn an_attribute_is_compared_by_its_own_labels() {
+        let attributes = vec![("elasticity", vec!["0", "1"]), ("hardness", vec!["0", "1"])];
+        let setting = Setting { protocol: random_splits(), parts: 1, attributes, ..Setting::default() };
+        let with = |name, wrong: [usize; 2]| {
+            let says = move |_: usize, row: usize, truth: &[u32]| -> Vec<u32> {
+                truth.iter().zip(wrong).map(|(label, wrong)| (label + u32::from(row < wrong)) % 2).collect()
+            };
+            Player { says: Box::new(says), ..player(name, 1.0, &[]) }
+        };
+        let (comparison, _) = synthetic(&setting, vec![with("a", [0, 0]), with("b", [10, 30])]);
+        let of = |attribute| comparison.difference("b", "a", attribute).unwrap().unwrap().size;
+        assert_eq!([of(None), of(Some(0)), of(Some(1))], [-20.0, -10.0, -30.0]);
+    }
+
+    #[test]
+    fn first_repetitions_are_those_below_the_count() {
+        let setting = Setting { protocol: random_splits(), ..Setting::default() };
+        let (comparison, _) = synthetic(&setting, vec![player("large", 10.0, LARGE)]);
+        let kept = |count| {
+            let first = comparison.first_repetitions(count);
+            first.records("large").iter().map(|record| record.key.repetition).collect::<Vec<_>>()
+        };
+        assert_eq!((kept(2), kept(0), kept(9).len()), (vec![0, 1], vec![], 5));
+    }
+
+    #[test]
+    fn no_interval_is_wider_than_accuracies_can_differ() {
+        let setting = Setting { parts: 3, ..Setting::default() };
+        let players = vec![player("large", 10.0, &[0; 3]), player("poor", 1.0, &[100, 60, 95])];
+        let (comparison, _) = synthetic(&setting, players);
+        let effect = comparison.difference("poor", "large", None).unwrap().unwrap();
+        assert!((effect.size + 85.0).abs() < 1e-9 && effect.interval.unwrap()[0] == -100.0, "{effect:?}");
+    }
+
+    #[test]
+    fn the_interval_of_unequal_parts_holds_their_mean() {
+        let players = vec![player("large", 10.0, &[0, 0]), player("small", 1.0, &[5, 0])];
+        let (mut comparison, _) = synthetic(&Setting { parts: 2, ..Setting::default() }, players);
+        for (_, records) in &mut comparison.networks {
+            records[0].index.truncate(10);
+            let Outcome::Labels { truth, predicted, probabilities, .. } = &mut records[0].outcome else {
+                continue;
+            };
+            truth.truncate(10);
+            predicted.truncate(10);
+            probabilities.truncate(20);
+        }
+        // Half of ten samples and none of 100: 25 points over parts, 4.5 over samples.
+        let effect = comparison.difference("small", "large", None).unwrap().unwrap();
+        let [low, high] = effect.interval.unwrap();
+        assert!(effect.size == -25.0 && low == -25.0 && high > -4.5, "{effect:?}");
+    }
+
+    /// Makes one test part of 60 samples, the first `wrong` of which only `a` gets right, and names the cluster of each.
+    fn one_part(wrong: &'static [usize], cluster: usize) -> Comparison {
+        let setting =
+            Setting { protocol: random_splits(), parts: 1, tested: 60, cluster, ..Setting::default() };
+        synthetic(&setting, vec![player("a", 1.0, &[0]), player("b", 1.0, wrong)]).0
+    }
+
+    #[test]
+    fn copies_of_a_sample_are_one_sample() {
+        let mut comparison = one_part(&[6], 2);
+        comparison.is_grouped = false;
+        let (effect, test) = comparison.tested("b", "a", None).unwrap().unwrap();
+        // Three of three one way: 2 / 8.
+        assert!(test == Test::McNemar && (effect.p.unwrap() - 0.25).abs() < 1e-12, "{effect:?}");
+    }
+
+    #[test]
+    fn a_score_over_groups_has_the_interval_of_its_samples_in_groups() {
+        let comparison = one_part(&[15], 10);
+        let interval = comparison.score(&["b"]).unwrap().unwrap().interval.unwrap();
+        let right: Vec<f64> = (0..60).map(|row| f64::from(u8::from(row >= 15))).collect();
+        let (samples, groups): (Vec<u32>, Vec<u32>) = (0..60).map(|row| (row, row / 10)).unzip();
+        let mean = MeanEstimate::of(&right, &samples, Some(&groups), Terms::Shares).unwrap();
+        assert_eq!(interval, mean.interval(0.95).unwrap().map(|end| 100.0 * end));
+    }
+
+    #[test]
+    fn values_of_one_group_count_as_one() {
+        let mut comparison = one_part(&[0], 10);
+        comparison.task = Task::Values(vec![Quantity { name: "force".into(), unit: None }]);
+        for (at, (_, records)) in comparison.networks.iter_mut().enumerate() {
+            let predicted = (0..60).map(|row| at as f32 * (1.0 + row as f32 / 60.0)).collect();
+            records[0].outcome = Outcome::Values { truth: vec![0.0; 60], predicted, spread: vec![] };
+        }
+        let (effect, test) = comparison.tested("b", "a", None).unwrap().unwrap();
+        // Six of six groups one way: 2 / 64.
+        assert_eq!((test, effect.p), (Test::Wilcoxon, Some(0.03125)));
+    }
+}
