@@ -66,6 +66,24 @@ fn grouped_means_have_the_intervals_of_their_twin() {
 }
 
 #[test]
+fn a_mean_rests_on_its_samples() {
+    let of = |terms: &[f64], samples: &[u32], kind| MeanEstimate::of(terms, samples, None, kind).unwrap();
+    // One of three samples is tested twice: as good as 4² / (2² + 1 + 1) samples that are tested equally often.
+    let twice = of(&[1.0, 1.0, 0.0, 1.0], &[0, 0, 1, 2], Terms::Shares);
+    assert!((twice.samples - 16.0 / 6.0).abs() < 1e-12, "{twice:?}");
+    // Variance 1 of three amounts.
+    let amounts = of(&[1.0, 2.0, 3.0], &[0, 1, 2], Terms::Amounts);
+    assert!((amounts.variance - 1.0 / 3.0).abs() < 1e-12 && amounts.freedom == 2.0, "{amounts:?}");
+    let differences = of(&[-1.0; 5], &[0, 1, 2, 3, 4], Terms::Differences);
+    assert_eq!(differences.interval(0.95).unwrap()[0], -1.0);
+    // Groups that are more alike than chance would have it do not make the mean surer.
+    let half: Vec<f64> = (0..200).map(|row| f64::from(row % 2)).collect();
+    let (samples, groups): (Vec<u32>, Vec<u32>) = (0..200).map(|row| (row, row / 10)).unzip();
+    let grouped = MeanEstimate::of(&half, &samples, Some(&groups), Terms::Shares).unwrap();
+    assert!((grouped.variance - 0.25 / 200.0).abs() < 1e-12, "{grouped:?}");
+}
+
+#[test]
 fn what_cannot_be_estimated_has_no_interval() {
     let of = |terms: &[f64], samples: &[u32], groups: Option<&[u32]>, kind| {
         MeanEstimate::of(terms, samples, groups, kind)

@@ -280,3 +280,10 @@ fn softmax_survives_large_logits() {
     }
     assert_eq!(argmax(&rows, 3), [0, 2]);
 }
+
+#[test]
+fn certainty_itself_is_in_the_last_bin() {
+    // 1.0 and 0.95 share the bin (14/15, 1]: together half right at 0.975.
+    let error = calibration_error(&[1.0, 0.0, 0.95, 0.05], &[1, 0], 2, BINS).unwrap();
+    assert!((error - 0.475).abs() < 1e-6, "{error}");
+}
