@@ -4,6 +4,7 @@
 //! - [`FileError`] says which file cannot be used, where in it, and why.
 //! - [`files`] writes files that are whole or not there.
 //! - [`seed`] gives one generator for each seed and purpose.
+//! - [`exponential`] gives the same bits on every processor.
 //! - [`quiet`] catches panics of foreign readers.
 //! - [`Grid`] prints a table of texts, [`thousands`] a large number.
 //! - [`printable`] makes foreign texts safe for a terminal, [`spreadsheet_text`] for a spreadsheet.
@@ -20,6 +21,7 @@
 //! # Ok::<(), taxel_base::UnknownLayout>(())
 //! ```
 
+pub mod exponential;
 mod file_error;
 pub mod files;
 mod grid;

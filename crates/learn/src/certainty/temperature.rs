@@ -1,5 +1,7 @@
 //! The temperature of a softmax.
 
+use taxel_base::exponential::{exp, ln, shares};
+
 /// Bounds of 1/T. A nearest neighbour that is always sure needs a T of hundreds, a ridge one of a hundredth.
 const INVERSE: [f64; 2] = [1e-4, 1e4];
 /// Halvings of these bounds on a logarithmic scale: the last is below the precision of f64.
@@ -23,13 +25,9 @@ pub fn tempered(probabilities: &mut [f32], sizes: &[usize], temperature: f64) {
             return;
         }
         let (row, others) = rest.split_at_mut(*size);
-        let highest = row.iter().copied().fold(f32::MIN_POSITIVE, f32::max).ln();
-        let mut sum = 0.0;
-        for p in row.iter_mut() {
-            *p = ((p.max(f32::MIN_POSITIVE).ln() - highest) * inverse).exp();
-            sum += *p;
-        }
-        row.iter_mut().for_each(|p| *p /= sum);
+        let highest = ln(row.iter().copied().fold(f32::MIN_POSITIVE, f32::max));
+        row.iter_mut().for_each(|p| *p = exp((ln(p.max(f32::MIN_POSITIVE)) - highest) * inverse));
+        shares(row);
         rest = others;
     }
 }
