@@ -1,8 +1,7 @@
 //! Calls that read or write bytes.
 
-use taxel_kernels::Window3;
 use taxel_kernels::frozen::bytes::{
-    Add, ByteOutput, ByteScale, Conv, Depthwise, Map, Mean, SourceValues, Sums, max, shuffle,
+    Add, ByteOutput, ByteScale, Conv, Depthwise, Deviation, Map, Mean, SourceValues, Sums, max, shuffle,
 };
 use taxel_kernels::frozen::{ImagePlace, Pooling, Reach, Route};
 
@@ -22,6 +21,7 @@ pub(crate) enum ByteKernel {
     Add(Add),
     Max { axes: [Vec<Reach>; 3], from: ImagePlace, to: ImagePlace },
     Mean(Mean),
+    Deviation(Deviation),
     Shuffle { groups: usize, from: ImagePlace, to: ImagePlace },
 }
 
@@ -29,19 +29,19 @@ pub(crate) enum ByteKernel {
 type ValuePlace = (ImagePlace, Option<ByteScale>);
 
 impl ByteKernel {
-    /// Makes the kernel of a step at least one of whose values is bytes.
+    /// Checks whether a network in bytes computes a step between floats by a kernel of this kind too, for others fuse
+    /// products and sums where the processor can.
+    pub fn computes_floats(work: &StepOp) -> bool {
+        matches!(work, StepOp::Affine { .. } | StepOp::Deviation(_))
+    }
+
+    /// Makes the kernel of a step at least one of whose values is bytes, or one that [`ByteKernel::computes_floats`].
     pub fn new(work: StepOp, from: &[ValuePlace], to: ValuePlace) -> Self {
         let output = to.1.map_or(ByteOutput::Floats, ByteOutput::Bytes);
         match work {
             StepOp::Conv(conv) => Self::conv(conv, from, to.0, output),
             StepOp::Linear { weight, bias, rectifier } => {
-                // A convolution whose window is the whole image.
-                let size = from[0].0.size;
-                let window =
-                    Window3 { input: size, output: [1; 3], kernel: size, stride: [1; 3], before: [0; 3] };
-                let algorithm = Algorithm::Direct;
-                let conv =
-                    step::Conv { window, dilation: [1; 3], groups: 1, weight, bias, rectifier, algorithm };
+                let conv = step::Conv::over_all(from[0].0.size, weight, bias, rectifier);
                 Self::conv(conv, from, to.0, output)
             }
             StepOp::Affine { scale, rectifier } => {
@@ -58,6 +58,7 @@ impl ByteKernel {
             StepOp::Pool { pooling: Pooling::Mean, axes } => {
                 ByteKernel::Mean(Mean::new(axes, (from[0].0, written(from[0])), (to.0, output)))
             }
+            StepOp::Deviation(eps) => ByteKernel::Deviation(Deviation::new(eps, from[0].0, to.0)),
             StepOp::Shuffle(groups) => ByteKernel::Shuffle { groups, from: from[0].0, to: to.0 },
             _ => unreachable!("the quantisation gives other steps floats"),
         }
@@ -67,8 +68,7 @@ impl ByteKernel {
         let step::Conv { window, dilation, groups, weight, bias, rectifier, algorithm } = conv;
         let is_depthwise = matches!(algorithm, Algorithm::Depthwise);
         let (input, addend) = (written(from[0]), from.get(1).map(|value| written(*value)));
-        let layout = if is_depthwise { 1 } else { groups };
-        let whole = Whole::new(&weight, &bias, layout, input, BIAS[usize::from(is_depthwise)]);
+        let whole = Whole::of(&weight, &bias, groups, input, is_depthwise);
         let Whole { weight, unit, bias } = &whole;
         let sums = Sums { weight, unit, bias, input, addend, output };
         let route = Route { from: from[0].0, to, addend: from.get(1).map(|value| value.0), rectifier };
@@ -95,6 +95,10 @@ impl ByteKernel {
             }
             ByteKernel::Add(add) => add.run(values[0].bytes(), values[1].bytes(), y.target()),
             ByteKernel::Mean(mean) => mean.run(values[0].bytes(), y.target()),
+            ByteKernel::Deviation(deviation) => {
+                let ProgramBuffer::Floats(y) = y else { unreachable!("a deviation of floats is a float") };
+                deviation.run(values[0].floats(), y);
+            }
             ByteKernel::Max { axes, from, to } => {
                 let ProgramBuffer::Bytes(y) = y else { unreachable!("the largest of bytes is a byte") };
                 max(axes, from, values[0].bytes(), to, y);
@@ -114,13 +118,19 @@ fn written(value: ValuePlace) -> ByteScale {
 }
 
 /// Weights and biases as whole numbers.
-struct Whole {
-    weight: Vec<i8>,
-    unit: Vec<f32>,
-    bias: Vec<i32>,
+pub(crate) struct Whole {
+    pub weight: Vec<i8>,
+    pub unit: Vec<f32>,
+    pub bias: Vec<i32>,
 }
 
 impl Whole {
+    /// Rounds the weights and biases of a convolution whose input is written so.
+    pub fn of(weight: &[f32], bias: &[f32], groups: usize, input: ByteScale, is_depthwise: bool) -> Self {
+        let layout = if is_depthwise { 1 } else { groups };
+        Whole::new(weight, bias, layout, input, BIAS[usize::from(is_depthwise)])
+    }
+
     /// Rounds each filter in units of its own, symmetric around 0; `weight` lies as group × … × filters of the group.
     /// A unit is so large that the bias is at most `limit`.
     fn new(weight: &[f32], bias: &[f32], groups: usize, input: ByteScale, limit: f64) -> Self {

@@ -65,7 +65,7 @@ impl Frozen {
         let (steps, outputs) = lower(graph, weights, Purpose::Floats);
         let (steps, now) = pair(steps, &outputs);
         let outputs: Vec<StepId> = outputs.into_iter().map(|output| now[output]).collect();
-        Ok(Self::of(graph, steps, &outputs))
+        Ok(Self::of(graph, steps, &outputs, Purpose::Floats))
     }
 
     /// Freezes `graph` in eight bits: convolutions and linear layers multiply bytes with signed bytes, and values
@@ -78,17 +78,17 @@ impl Frozen {
         weights.check(graph)?;
         let (steps, outputs) = lower(graph, weights, Purpose::Bytes);
         let (steps, outputs) = quantize(steps, &outputs, ranges);
-        Ok(Self::of(graph, steps, &outputs))
+        Ok(Self::of(graph, steps, &outputs, Purpose::Bytes))
     }
 
     /// Freezes `graph` in floats, by the steps that [`Frozen::quantized`] takes.
     pub(crate) fn observed(graph: &Graph, weights: &Weights) -> Result<Self> {
         weights.check(graph)?;
         let (steps, outputs) = lower(graph, weights, Purpose::Bytes);
-        Ok(Self::of(graph, steps, &outputs))
+        Ok(Self::of(graph, steps, &outputs, Purpose::Floats))
     }
 
-    fn of(graph: &Graph, steps: Vec<FrozenStep>, outputs: &[StepId]) -> Self {
+    fn of(graph: &Graph, steps: Vec<FrozenStep>, outputs: &[StepId], purpose: Purpose) -> Self {
         let places = ValuePlaces::new(&steps, outputs);
         let names = graph.outputs().iter().map(|(name, _)| name.clone());
         let outputs = outputs.iter().zip(names).map(|(&step, name)| {
@@ -96,7 +96,7 @@ impl Frozen {
             OutputPlace { name, buffer, place }
         });
         let outputs = outputs.collect();
-        let (calls, scratch) = program(steps, &places);
+        let (calls, scratch) = program(steps, &places, purpose == Purpose::Bytes);
         let inputs = graph.inputs().map(|node| (node.name.clone(), node.shape.clone())).collect();
         let name = graph.name().to_string();
         let buffers = places.buffers;

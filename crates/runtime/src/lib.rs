@@ -20,11 +20,13 @@
 //! ```
 //!
 //! [`Frozen::quantized`] is the same in eight bits, which an [`Observer`] has prepared with samples like those that will
-//! be asked about.
+//! be asked about. A [`Blueprint`] is the same network as a list of steps with their places, for those who write it down in
+//! another language.
 //!
 //! Logits differ from those of `taxel-engine` in the last bits: norms that are folded in are rounded elsewhere.
 
 mod bands;
+mod blueprint;
 mod byte_kernel;
 mod error;
 mod frozen;
@@ -40,6 +42,7 @@ mod ranges;
 mod step;
 mod weights;
 
+pub use blueprint::{Blueprint, PlannedConv, PlannedOp, PlannedStep};
 pub use error::{Error, Result};
 pub use frozen::{Frozen, Workspace};
 pub use observer::Observer;

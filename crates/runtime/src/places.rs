@@ -11,6 +11,8 @@ use crate::step::{FrozenStep, StepId, StepOp};
 pub(crate) struct ValuePlaces {
     /// Of every step: its place and its buffer.
     pub values: Vec<(ImagePlace, usize)>,
+    /// Of every step: the one whose memory it lies in.
+    pub roots: Vec<StepId>,
     /// Every buffer.
     pub buffers: Vec<Room>,
 }
@@ -53,7 +55,7 @@ impl ValuePlaces {
         let places: Vec<ImagePlace> = (0..steps.len()).map(place).collect();
         let (buffer_of, buffers) = share(steps, outputs, &spots, &places);
         let values = places.iter().zip(&spots).map(|(place, spot)| (*place, buffer_of[spot.root])).collect();
-        ValuePlaces { values, buffers }
+        ValuePlaces { values, roots: spots.iter().map(|spot| spot.root).collect(), buffers }
     }
 }
 

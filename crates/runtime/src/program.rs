@@ -85,8 +85,13 @@ pub(crate) struct Winograd {
     rectifier: Rectifier,
 }
 
-/// Returns all calls in order, and the lengths of their scratch.
-pub(crate) fn program(steps: Vec<FrozenStep>, places: &ValuePlaces) -> (Vec<Call>, ScratchLens) {
+/// Returns all calls in order, and the lengths of their scratch. A network `in_bytes` predicts the same bits on every
+/// processor.
+pub(crate) fn program(
+    steps: Vec<FrozenStep>,
+    places: &ValuePlaces,
+    in_bytes: bool,
+) -> (Vec<Call>, ScratchLens) {
     let (mut calls, mut scratch) = (vec![], ScratchLens::default());
     let scales: Vec<Option<ByteScale>> = steps.iter().map(|step| step.scale).collect();
     for (id, step) in steps.into_iter().enumerate() {
@@ -107,12 +112,12 @@ pub(crate) fn program(steps: Vec<FrozenStep>, places: &ValuePlaces) -> (Vec<Call
             scratch.output = scratch.output.max(to.1.len());
         }
         let read: Vec<Option<ByteScale>> = step.inputs.iter().map(|&input| scales[input]).collect();
-        let kernel = match step.scale.or_else(|| read.iter().copied().find_map(|scale| scale)) {
-            Some(_) => {
-                let inputs = from.iter().zip(&read).map(|((_, place), scale)| (*place, *scale));
-                CallKernel::Bytes(ByteKernel::new(step.work, &inputs.collect::<Vec<_>>(), (to.1, step.scale)))
-            }
-            None => kernel(step.work, &from, &to.1, &mut scratch),
+        let has_bytes = step.scale.is_some() || read.iter().any(Option::is_some);
+        let kernel = if has_bytes || in_bytes && ByteKernel::computes_floats(&step.work) {
+            let inputs = from.iter().zip(&read).map(|((_, place), scale)| (*place, *scale));
+            CallKernel::Bytes(ByteKernel::new(step.work, &inputs.collect::<Vec<_>>(), (to.1, step.scale)))
+        } else {
+            kernel(step.work, &from, &to.1, &mut scratch)
         };
         calls.push(Call { name: step.name, kernel, from, to });
     }

@@ -39,6 +39,15 @@ pub(crate) struct Conv {
     pub algorithm: Algorithm,
 }
 
+impl Conv {
+    /// Makes the convolution whose window is the whole image: a linear layer.
+    pub fn over_all(size: [usize; 3], weight: Vec<f32>, bias: Vec<f32>, rectifier: Rectifier) -> Self {
+        let window = Window3 { input: size, output: [1; 3], kernel: size, stride: [1; 3], before: [0; 3] };
+        let algorithm = Algorithm::Direct;
+        Conv { window, dilation: [1; 3], groups: 1, weight, bias, rectifier, algorithm }
+    }
+}
+
 /// A pointwise convolution and the depthwise one that alone reads it.
 pub(crate) struct Pair {
     pub first: Conv,

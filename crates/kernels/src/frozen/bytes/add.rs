@@ -33,16 +33,17 @@ impl Add {
             inputs.iter().all(|(from, _)| same(from)),
             "places of one shape are needed: {inputs:?} {to:?}"
         );
-        let steps = inputs.map(|(_, scale)| f64::from(scale.step) * output.steps());
-        let zeros = inputs.map(|(_, scale)| f64::from(scale.zero));
-        Add {
-            from: inputs.map(|(place, _)| place),
-            to,
-            output,
-            ending: output.ending(rectifier),
-            factors: steps.map(|step| step as f32),
-            shift: -(steps[0] * zeros[0] + steps[1] * zeros[1]) as f32,
-        }
+        let (factors, shift) = Add::coefficients(inputs.map(|(_, scale)| scale), output);
+        let from = inputs.map(|(place, _)| place);
+        Add { from, to, output, ending: output.ending(rectifier), factors, shift }
+    }
+
+    /// Returns the factors of both inputs and the shift: a stored number is an [`Ending`] of
+    /// `(factor · a + factor · b) + shift`.
+    pub fn coefficients(inputs: [ByteScale; 2], output: ByteOutput) -> ([f32; 2], f32) {
+        let steps = inputs.map(|scale| f64::from(scale.step) * output.steps());
+        let zeros = inputs.map(|scale| f64::from(scale.zero));
+        (steps.map(|step| step as f32), -(steps[0] * zeros[0] + steps[1] * zeros[1]) as f32)
     }
 
     /// Computes all values.

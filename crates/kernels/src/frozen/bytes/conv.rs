@@ -126,10 +126,9 @@ impl Conv {
         let columns = to.size[2];
         let packing = Packing { taps: &taps, run, channels, filters, groups, volume, columns };
         let (panels, weights) = pack(kernels, &packing, sums);
-        let steps = sums.output.steps();
         let addend = addend
             .zip(sums.addend)
-            .map(|(place, scale)| (place, f32::from(scale.zero), (f64::from(scale.step) * steps) as f32));
+            .map(|(place, scale)| (place, f32::from(scale.zero), sums.output.factor(scale.step)));
         let (output, ending) = (sums.output, sums.output.ending(rectifier));
         Conv { kernels, to, addend, output, ending, step, fours, lines, panels, weights, reach }
     }
@@ -253,8 +252,7 @@ fn panel(
     };
     let factor = |lane: usize| {
         if first + lane < filters {
-            let unit = sums.unit[group * filters + first + lane];
-            (f64::from(unit) * sums.output.steps()) as f32
+            sums.output.factor(sums.unit[group * filters + first + lane])
         } else {
             0.0
         }

@@ -81,7 +81,7 @@ impl Depthwise {
             lines,
             weights: sums.weight.iter().map(|&w| f32::from(w)).collect(),
             starts,
-            factors: sums.unit.iter().map(|&u| (f64::from(u) * sums.output.steps()) as f32).collect(),
+            factors: sums.unit.iter().map(|&u| sums.output.factor(u)).collect(),
             reach,
         }
     }

@@ -58,19 +58,30 @@ impl Map {
         let is_copy = affine.is_none()
             && rectifier == Rectifier::None
             && input.is_some_and(|input| output == ByteOutput::Bytes(input));
+        let (factors, shifts) = Map::coefficients(channels, input, output, affine);
+        let ending = output.ending(rectifier);
+        Map { from, to, reads_bytes: input.is_some(), output, ending, factors, shifts, is_copy }
+    }
+
+    /// Returns factors and shifts of the `channels`, steps and zeros of both sides included: a stored number is an
+    /// [`Ending`] of `factor · x + shift`.
+    pub fn coefficients(
+        channels: usize,
+        input: Option<ByteScale>,
+        output: ByteOutput,
+        affine: Option<(&[f32], &[f32])>,
+    ) -> (Vec<f32>, Vec<f32>) {
         let (step, zero) = input.map_or((1.0, 0.0), |s| (f64::from(s.step), f64::from(s.zero)));
-        let (mut factors, mut shifts) = (vec![], vec![]);
         if let Some((scale, shift)) = affine {
             exactly("scales", scale.len(), channels);
             exactly("shifts", shift.len(), channels);
         }
-        for c in 0..channels {
+        let one = |c: usize| {
             let (scale, shift) = affine.map_or((1.0, 0.0), |(s, t)| (f64::from(s[c]), f64::from(t[c])));
-            factors.push((scale * step * output.steps()) as f32);
-            shifts.push(((shift - scale * step * zero) * output.steps()) as f32);
-        }
-        let ending = output.ending(rectifier);
-        Map { from, to, reads_bytes: input.is_some(), output, ending, factors, shifts, is_copy }
+            let factor = (scale * step * output.steps()) as f32;
+            (factor, ((shift - scale * step * zero) * output.steps()) as f32)
+        };
+        (0..channels).map(one).unzip()
     }
 
     /// Computes all values.

@@ -17,11 +17,9 @@ pub struct Mean {
     from: ImagePlace,
     to: ImagePlace,
     axes: [Vec<Reach>; 3],
+    scale: ByteScale,
     output: ByteOutput,
     ending: Ending,
-    /// Steps of the output in one of the input, and the input's zero.
-    factor: f64,
-    zero: f64,
 }
 
 impl Mean {
@@ -38,9 +36,14 @@ impl Mean {
             assert!(reaches.iter().all(fits), "reaches inside {from:?} are needed: {reaches:?}");
         }
         assert!(from.positions() * 255 < EXACT as usize, "smaller windows are needed: {from:?}");
-        let factor = f64::from(scale.step) * output.steps();
-        let (ending, zero) = (output.ending(Rectifier::None), f64::from(scale.zero));
-        Mean { from, to, axes, output, ending, factor, zero }
+        Mean { from, to, axes, scale, output, ending: output.ending(Rectifier::None) }
+    }
+
+    /// Returns factor and shift of a sum of `inside` bytes whose mean counts `count`: a stored number is an [`Ending`] of
+    /// `factor · sum + shift`.
+    pub fn coefficients(scale: ByteScale, output: ByteOutput, count: usize, inside: usize) -> (f32, f32) {
+        let share = f64::from(scale.step) * output.steps() / count as f64;
+        (share as f32, (-f64::from(scale.zero) * share * inside as f64) as f32)
     }
 
     /// Computes every output from its window.
@@ -67,9 +70,9 @@ unsafe fn run_at<S: Simd>(mean: &Mean, x: &[u8], y: &mut Target) {
         for (r, row) in rows.iter().enumerate() {
             for (c, column) in columns.iter().enumerate() {
                 let at = to.at([d, r, c]);
-                let share = mean.factor / (depth.count * row.count * column.count) as f64;
+                let count = depth.count * row.count * column.count;
                 let inside = (depth.to - depth.from) * (row.to - row.from) * (column.to - column.from);
-                let (factor, shift) = (share as f32, (-mean.zero * share * inside as f64) as f32);
+                let (factor, shift) = Mean::coefficients(mean.scale, mean.output, count, inside);
                 vectors!(S, to.channels, channel, n, {
                     // SAFETY: `new` asserts that reaches lie inside `from` and outputs inside `to`, whose ends the
                     // lengths are asserted to cover; `channel + n <= channels`.

@@ -8,6 +8,7 @@ mod add;
 mod buffer;
 mod conv;
 mod depthwise;
+mod deviation;
 mod dot;
 mod map;
 mod mean;
@@ -19,11 +20,12 @@ pub use add::Add;
 pub use buffer::Bytes;
 pub use conv::{Conv, Sums};
 pub use depthwise::{Depthwise, EXACT};
+pub use deviation::Deviation;
 pub use dot::Width;
 pub use map::{Map, SourceValues};
 pub use mean::Mean;
 pub use moved::{max, shuffle};
-pub use output::{ByteOutput, Target};
+pub use output::{ByteOutput, Ending, Target};
 
 /// How numbers are written in bytes: `step · (byte − zero)`.
 #[derive(Debug, Clone, Copy, PartialEq)]

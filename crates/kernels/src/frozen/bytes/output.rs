@@ -22,23 +22,32 @@ pub enum Target<'a> {
 }
 
 /// How a float becomes what is stored: `clamp(x + zero, low, high)`.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Ending {
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ending {
+    /// The number that is stored for 0.
     pub zero: f32,
+    /// The least number that is stored.
     pub low: f32,
+    /// The largest one.
     pub high: f32,
 }
 
 impl ByteOutput {
     /// Returns the number of steps of the output in one unit.
-    pub(super) fn steps(&self) -> f64 {
+    pub fn steps(&self) -> f64 {
         match self {
             ByteOutput::Bytes(scale) => 1.0 / f64::from(scale.step),
             ByteOutput::Floats => 1.0,
         }
     }
 
-    pub(super) fn ending(&self, rectifier: Rectifier) -> Ending {
+    /// Returns the number of steps of the output in one `unit` of sums.
+    pub fn factor(&self, unit: f32) -> f32 {
+        (f64::from(unit) * self.steps()) as f32
+    }
+
+    /// Returns how a number of steps becomes what is stored.
+    pub fn ending(&self, rectifier: Rectifier) -> Ending {
         let (zero, low, high) = match self {
             ByteOutput::Bytes(scale) => (f32::from(scale.zero), 0.0, 255.0),
             ByteOutput::Floats => (0.0, f32::NEG_INFINITY, f32::INFINITY),
