@@ -1,0 +1,148 @@
+/* Checks on this processor that predictions have the bits of `taxel predict`: samples, and every threshold of every
+ * layer's ending. Returns 0 and prints "equal" if they have. */
+#include <stdio.h>
+
+#include "../src/taxel_@name@.c"
+#include "vectors.h"
+
+/* Only every so many filters are checked, for slow processors. */
+#ifndef CHECK_EVERY
+#define CHECK_EVERY 1u
+#endif
+
+static uint32_t random_state = SAMPLE_SEED;
+
+static uint32_t random_number(void)
+{
+    random_state ^= random_state << 13;
+    random_state ^= random_state >> 17;
+    random_state ^= random_state << 5;
+    return random_state >> 8;
+}
+
+static void make_sample(float *sample)
+{
+    uint32_t channel, step;
+    for (channel = 0; channel < TAXEL_@NAME@_CHANNELS; channel++) {
+        const int32_t low = walk_low[channel], high = walk_high[channel];
+        const uint32_t span_of = (uint32_t)(high - low), most_of = span_of / 8u + 1u;
+        int32_t at = low + (int32_t)(random_number() % (span_of + 1u));
+        for (step = 0; step < TAXEL_@NAME@_STEPS; step++) {
+            sample[channel * TAXEL_@NAME@_STEPS + step] = (float)at * walk_unit[channel];
+            at += (int32_t)(random_number() % (2u * most_of + 1u)) - (int32_t)most_of;
+            at = at < low ? low : (at > high ? high : at);
+        }
+    }
+}
+
+static uint32_t digest;
+
+static void begin(void) { digest = 0x811c9dc5u; }
+
+static void add_word(uint32_t word)
+{
+    uint32_t i;
+    for (i = 0; i < 4u; i++) {
+        digest = (digest ^ (word & 0xffu)) * 0x01000193u;
+        word >>= 8;
+    }
+}
+
+/* Whether a layer stores at least a byte, for a whole number that rises. */
+typedef int (*is_enough)(int32_t number, int32_t byte);
+
+/* The least number from `low` to `high` that is enough, or `high` + 1: looked for in wider and wider steps. */
+static int32_t threshold(int32_t low, int32_t high, int32_t stride, int32_t byte, is_enough enough)
+{
+    int64_t below = (int64_t)low - 1, above = (int64_t)high + 1, at = (int64_t)low + stride;
+    while (stride > 0 && at < high) {
+        if (enough((int32_t)at, byte)) {
+            above = at;
+            break;
+        }
+        below = at;
+        at += stride;
+        stride = stride < 0x20000000 ? 2 * stride : stride;
+    }
+    while (above - below > 1) {
+        const int32_t middle = (int32_t)((above + below) / 2);
+        if (enough(middle, byte)) {
+            above = middle;
+        } else {
+            below = middle;
+        }
+    }
+    return (int32_t)above;
+}
+
+static void add_thresholds(int32_t low, int32_t high, is_enough enough)
+{
+    int32_t byte, least = low, stride = 0;
+    for (byte = 1; byte <= 255; byte++) {
+        const int32_t next = least <= high ? threshold(least, high, stride, byte, enough) : least;
+        const int64_t apart = (int64_t)next - least;
+        stride = apart > 1 && apart < 0x20000000 ? (int32_t)apart - 1 : 0;
+        least = next;
+        add_word((uint32_t)least);
+    }
+}
+
+static uint32_t failures;
+
+static void expect(const char *layer, uint32_t place, uint32_t found, uint32_t wanted)
+{
+    if (found != wanted) {
+        failures++;
+        if (failures < 20u) {
+            printf("%s, %lu: %08lx, not %08lx\n", layer, (unsigned long)place, (unsigned long)found,
+                   (unsigned long)wanted);
+        }
+    }
+}
+
+static void expect_row(const char *what, uint32_t place, const float *row, const uint32_t *wanted)
+{
+    uint32_t i;
+    for (i = 0; i < TAXEL_@NAME@_CLASSES; i++) {
+        expect(what, place, bits_of(row[i]), wanted[i]);
+    }
+}
+
+static void check_samples(void)
+{
+    static float sample[TAXEL_@NAME@_VALUES];
+    float row[TAXEL_@NAME@_CLASSES];
+    float pushed[TAXEL_@NAME@_CHANNELS];
+    uint32_t i, channel, step;
+    for (i = 0; i < SAMPLES; i++) {
+        make_sample(sample);
+        expect("outcome", i, (uint32_t)taxel_@name@_logits(sample, row), 0u);
+        expect_row("logits", i, row, &expected_logits[i * TAXEL_@NAME@_CLASSES]);
+        expect("outcome", i, (uint32_t)taxel_@name@_predict(sample, row), 0u);
+        expect_row("probabilities", i, row, &expected_probabilities[i * TAXEL_@NAME@_CLASSES]);
+    }
+    taxel_@name@_clear();
+    expect("not ready", 0u, (uint32_t)taxel_@name@_predict_latest(row), (uint32_t)TAXEL_@NAME@_NOT_READY);
+    /* Time steps that a whole sample pushes out of the ring. */
+    for (step = 0; step < TAXEL_@NAME@_STEPS + 3u; step++) {
+        for (channel = 0; channel < TAXEL_@NAME@_CHANNELS; channel++) {
+            const uint32_t at = step < 3u ? 0u : step - 3u;
+            pushed[channel] = sample[channel * TAXEL_@NAME@_STEPS + at];
+        }
+        expect("push", step, (uint32_t)taxel_@name@_push(pushed), 0u);
+    }
+    expect("ready", 0u, (uint32_t)taxel_@name@_ready(), 1u);
+    expect("outcome", 0u, (uint32_t)taxel_@name@_predict_latest(row), 0u);
+    expect_row("pushed", 0u, row, &expected_probabilities[(SAMPLES - 1u) * TAXEL_@NAME@_CLASSES]);
+    sample[TAXEL_@NAME@_VALUES - 1u] = float_of(0x7fc00000u);
+    expect("NaN", 0u, (uint32_t)taxel_@name@_predict(sample, row), (uint32_t)TAXEL_@NAME@_NOT_FINITE);
+}
+
+@checks@
+int main(void)
+{
+    check_samples();
+@check_calls@    printf("%s: %lu samples, %lu layers, %lu differences\n", failures == 0u ? "equal" : "DIFFERENT",
+           (unsigned long)SAMPLES, (unsigned long)LAYERS, (unsigned long)failures);
+    return failures == 0u ? 0 : 1;
+}

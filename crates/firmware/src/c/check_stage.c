@@ -1,0 +1,22 @@
+static uint32_t stage_channel;
+
+/* The float at a place of their order. */
+static float ordered(int32_t place)
+{
+    return place < 0 ? -float_of((uint32_t)-place) : float_of((uint32_t)place);
+}
+
+static int stage_enough(int32_t place, int32_t byte)
+{
+    return (int32_t)taken(ordered(place), stage_channel) + 128 >= byte;
+}
+
+static void check_stage(const uint32_t *wanted)
+{
+    for (stage_channel = 0; stage_channel < TAXEL_@NAME@_CHANNELS; stage_channel++) {
+        begin();
+        add_thresholds(-0x7f000000, 0x7f000000, stage_enough);
+        expect("input", stage_channel, digest, wanted[stage_channel]);
+    }
+}
+

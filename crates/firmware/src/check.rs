@@ -1,0 +1,240 @@
+//! The test that goes with the C: what each sample and each ending has to give.
+
+use std::fmt::Write;
+
+use taxel_encodings::Scaling;
+use taxel_kernels::frozen::bytes::Ending;
+
+use crate::layer::{Layer, Stage, Work};
+use crate::library::Library;
+use crate::literals::{float, floats, table};
+use crate::lower::Network;
+use crate::numbers::{Digest, LARGEST, add_thresholds, byte, ended, ordered, steps};
+use crate::samples::SEED;
+
+/// The texts of the test.
+pub(crate) struct Check {
+    /// Numbers that have to come out.
+    pub vectors: String,
+    /// Functions that compute them, and their calls.
+    pub checks: String,
+    pub calls: String,
+}
+
+impl Check {
+    pub fn new(library: &Library, network: &Network) -> Self {
+        let mut check = Check { vectors: samples(library), checks: String::new(), calls: String::new() };
+        let mut layers = 0;
+        for (number, layer) in network.layers.iter().enumerate() {
+            layers += usize::from(check.layer(number, layer, library.scaling));
+        }
+        let _ = writeln!(check.vectors, "#define LAYERS {layers}u");
+        check
+    }
+
+    /// Adds what a layer's ending has to give; false for a layer without one.
+    fn layer(&mut self, number: usize, layer: &Layer, scaling: &Scaling) -> bool {
+        let (found, kind, arguments) = match &layer.work {
+            Work::Stage(stage) => {
+                let Some(found) = staged(stage, scaling) else { return false };
+                (found, "stage", None)
+            }
+            Work::Conv(conv) => {
+                let addend = conv.addend.map(|addend| (f32::from(addend.zero), addend.factor));
+                let found = sums(layer, &conv.factor, conv.reach, addend, &conv.ending);
+                (
+                    found,
+                    "conv",
+                    Some(format!(
+                        "{}u, {}, {}u, ",
+                        conv.factor.len(),
+                        conv.reach,
+                        u8::from(addend.is_some())
+                    )),
+                )
+            }
+            Work::Depthwise(conv) => {
+                let found = sums(layer, &conv.factor, conv.reach, None, &conv.ending);
+                (found, "depthwise", Some(format!("{}u, {}, 0u, ", conv.factor.len(), conv.reach)))
+            }
+            Work::Map { factors, shifts, ending } => {
+                (maps(layer, factors, shifts, ending), "map", Some(String::new()))
+            }
+            Work::Mean { spans, scales, ending } => {
+                let one = |(span, scale): (&[usize; 2], &(f32, f32))| {
+                    means(layer, span[1] - span[0], *scale, ending)
+                };
+                (spans.iter().zip(scales).map(one).collect(), "mean", Some(String::new()))
+            }
+            Work::Add { factors, shift, ending } => {
+                (vec![pairs(layer, *factors, *shift, ending)], "add", Some(String::new()))
+            }
+            _ => return false,
+        };
+        self.function(kind);
+        let wanted: Vec<String> = found.iter().map(|digest| format!("0x{digest:08x}u")).collect();
+        self.vectors += &table("uint32_t", &format!("wanted_{number}"), &wanted);
+        let name = crate::literals::text(&layer.name);
+        let _ = match arguments {
+            None => writeln!(self.calls, "    check_{kind}(wanted_{number});"),
+            Some(more) => {
+                writeln!(self.calls, "    check_{kind}({name}, &layer_{number}, {more}wanted_{number});")
+            }
+        };
+        true
+    }
+
+    /// Adds the function that checks layers of a kind, once.
+    fn function(&mut self, kind: &str) {
+        if self.checks.contains(&format!("check_{kind}(")) {
+            return;
+        }
+        let sums = include_str!("c/check_conv.c");
+        let text = match kind {
+            "stage" => include_str!("c/check_stage.c").to_string(),
+            "map" => include_str!("c/check_map.c").to_string(),
+            "mean" => include_str!("c/check_mean.c").to_string(),
+            "add" => include_str!("c/check_add.c").to_string(),
+            "conv" => {
+                let one = |what: &str| format!("conv_{what}(conv_now, conv_filter, sum, conv_addend)");
+                sums.replace("@byte@", &one("byte")).replace("@float@", &one("float"))
+            }
+            _ => {
+                let one = |what: &str| format!("depthwise_{what}(depthwise_now, depthwise_filter, sum)");
+                sums.replace("@byte@", &one("byte")).replace("@float@", &one("float"))
+            }
+        };
+        self.checks += &text.replace("@kind@", kind);
+    }
+}
+
+/// Writes how samples are made and what they have to give.
+fn samples(library: &Library) -> String {
+    let walks = &library.samples.walks;
+    let mut text = format!("#define SAMPLES {}u\n#define SAMPLE_SEED 0x{SEED:08x}u\n", library.samples.count);
+    text += &table("int32_t", "walk_low", &walks.iter().map(|walk| walk.low).collect::<Vec<_>>());
+    text += &table("int32_t", "walk_high", &walks.iter().map(|walk| walk.high).collect::<Vec<_>>());
+    let units: Vec<f32> = walks.iter().map(|walk| f64::from(walk.power).exp2() as f32).collect();
+    text += &floats("walk_unit", &units);
+    let bits = |values: &[f32]| values.iter().map(|v| format!("0x{:08x}u", v.to_bits())).collect::<Vec<_>>();
+    text += &table("uint32_t", "expected_logits", &bits(&library.expected.logits));
+    text += &table("uint32_t", "expected_probabilities", &bits(&library.expected.probabilities));
+    text
+}
+
+/// Returns a digest of every filter: of all thresholds of its bytes, or of floats for sums all over the range.
+fn sums(layer: &Layer, factors: &[f32], reach: i32, addend: Option<(f32, f32)>, ending: &Ending) -> Vec<u32> {
+    let one = |factor: &f32| {
+        let mut digest = Digest::new();
+        let value = |sum, byte| steps(sum, *factor, addend.map(|(zero, factor)| (byte, zero, factor)));
+        if layer.to.scale.is_some() {
+            let last = if addend.is_some() { 255 } else { 0 };
+            for added in 0..=last {
+                add_thresholds(&mut digest, reach, |sum| byte(value(sum, added), ending));
+            }
+        } else {
+            for i in -512..=512i32 {
+                let added = (i & 127) as u8 + 128;
+                digest.word(ended(value(reach / 512 * i, added), ending).to_bits());
+            }
+        }
+        digest.0
+    };
+    factors.iter().map(one).collect()
+}
+
+/// Returns a digest of all thresholds of each channel of the sample; none where it is taken as floats.
+fn staged(stage: &Stage, scaling: &Scaling) -> Option<Vec<u32>> {
+    let (factors, shifts) = stage.scales.as_ref()?;
+    let one = |channel: usize| {
+        let mut digest = Digest::new();
+        add_thresholds(&mut digest, LARGEST, |place| {
+            let x = scaled(scaling, channel, ordered(place));
+            byte(x * factors[channel] + shifts[channel], &stage.ending)
+        });
+        digest.0
+    };
+    Some((0..factors.len()).map(one).collect())
+}
+
+/// Scales one value of a sample.
+fn scaled(scaling: &Scaling, channel: usize, x: f32) -> f32 {
+    match scaling {
+        Scaling::Raw => x,
+        Scaling::FullScale { full_scale } => x / full_scale,
+        Scaling::ZScore { mean, sd } => (x - mean[channel]) / sd[channel],
+    }
+}
+
+fn maps(layer: &Layer, factors: &[f32], shifts: &[f32], ending: &Ending) -> Vec<u32> {
+    let one = |(factor, shift): (&f32, &f32)| {
+        let mut digest = Digest::new();
+        let value = |x: f32| x * factor + shift;
+        if layer.from[0].scale.is_none() && layer.to.scale.is_some() && *factor > 0.0 {
+            add_thresholds(&mut digest, LARGEST, |place| byte(value(ordered(place)), ending));
+        } else {
+            (0..=255u8).for_each(|x| digest.word(stored(layer, value(f32::from(x)), ending)));
+        }
+        digest.0
+    };
+    factors.iter().zip(shifts).map(one).collect()
+}
+
+fn means(layer: &Layer, inside: usize, (factor, shift): (f32, f32), ending: &Ending) -> u32 {
+    let mut digest = Digest::new();
+    (0..=255 * inside).for_each(|sum| digest.word(stored(layer, sum as f32 * factor + shift, ending)));
+    digest.0
+}
+
+fn pairs(layer: &Layer, [of_a, of_b]: [f32; 2], shift: f32, ending: &Ending) -> u32 {
+    let mut digest = Digest::new();
+    for a in 0..=255u8 {
+        for b in 0..=255u8 {
+            let value = f32::from(a) * of_a + f32::from(b) * of_b + shift;
+            digest.word(stored(layer, value, ending));
+        }
+    }
+    digest.0
+}
+
+/// Returns the byte or the bits of the float that a layer stores.
+fn stored(layer: &Layer, value: f32, ending: &Ending) -> u32 {
+    match layer.to.scale {
+        Some(_) => u32::from(byte(value, ending)),
+        None => ended(value, ending).to_bits(),
+    }
+}
+
+/// Writes one value of a sample as the first layer reads it: a function of C.
+pub(crate) fn taken(stage: &Stage, scaling: &Scaling) -> String {
+    let mut tables = String::new();
+    let mut body = String::new();
+    match scaling {
+        Scaling::Raw => {}
+        Scaling::FullScale { full_scale } => {
+            let _ = writeln!(body, "    x = over(x, {});", float(*full_scale));
+        }
+        Scaling::ZScore { mean, sd } => {
+            tables += &floats("mean_of", mean);
+            tables += &floats("deviation_of", sd);
+            body += "    x = over(less(x, mean_of[channel]), deviation_of[channel]);\n";
+        }
+    }
+    if let Some((factors, shifts)) = &stage.scales {
+        let mut number = |name: &str, values: &[f32]| {
+            if values.iter().all(|value| value.to_bits() == values[0].to_bits()) {
+                return float(values[0]);
+            }
+            tables += &floats(name, values);
+            format!("{name}[channel]")
+        };
+        let (factor, shift) = (number("factor_of", factors), number("shift_of", shifts));
+        let Ending { zero, low, high } = stage.ending;
+        let ending = [zero, low, high].map(float).join(", ");
+        let _ = writeln!(body, "    return byte_of(plus(times(x, {factor}), {shift}), {ending});");
+    } else {
+        body += "    return x;\n";
+    }
+    let unused = if body.contains("channel") { "" } else { "    (void)channel;\n" };
+    format!("{tables}\nstatic inline reading taken(float x, uint32_t channel)\n{{\n{unused}{body}}}\n")
+}

@@ -1,0 +1,163 @@
+//! The layers that C computes, with their numbers and places.
+
+use taxel_kernels::frozen::bytes::{ByteScale, Ending};
+
+/// A row of positions in memory, channels last.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Row {
+    /// Number of the memory.
+    pub memory: usize,
+    /// First value, and distance of neighbouring positions.
+    pub start: usize,
+    pub pitch: usize,
+    pub positions: usize,
+    pub channels: usize,
+    /// How values are written in bytes; none for floats.
+    pub scale: Option<ByteScale>,
+}
+
+/// A memory of one value, or of several side by side.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Memory {
+    /// Values, margins included.
+    pub len: usize,
+    /// Values before and after the positions, which hold `zero`.
+    pub margins: [usize; 2],
+    /// The byte that means 0; none in a memory of floats.
+    pub zero: Option<u8>,
+}
+
+impl Memory {
+    /// Returns the bytes that it takes.
+    pub fn bytes(&self) -> usize {
+        if self.zero.is_some() { self.len } else { size_of::<f32>() * self.len }
+    }
+}
+
+/// A layer with the name of its node.
+#[derive(Debug, Clone)]
+pub(crate) struct Layer {
+    pub name: String,
+    pub work: Work,
+    pub from: Vec<Row>,
+    pub to: Row,
+}
+
+/// How much of a window lies inside: first input, one past the last.
+pub(crate) type Span = [usize; 2];
+
+/// The computation of a layer.
+#[derive(Debug, Clone)]
+pub(crate) enum Work {
+    /// Takes the sample.
+    Stage(Stage),
+    Conv(Conv),
+    Depthwise(Depthwise),
+    /// `factor · x + shift` per channel.
+    Map {
+        factors: Vec<f32>,
+        shifts: Vec<f32>,
+        ending: Ending,
+    },
+    /// Bytes or floats that stay as they are.
+    Copy,
+    /// `factor · a + factor · b + shift` of bytes.
+    Add {
+        factors: [f32; 2],
+        shift: f32,
+        ending: Ending,
+    },
+    /// `a + b` of floats.
+    AddFloats(Ending),
+    /// The largest value of each window.
+    Most(Vec<Span>),
+    /// The mean of bytes: a factor and a shift of each window's sum.
+    Mean {
+        spans: Vec<Span>,
+        scales: Vec<(f32, f32)>,
+        ending: Ending,
+    },
+    /// The mean of floats: a share of each window's sum.
+    MeanFloats {
+        spans: Vec<Span>,
+        shares: Vec<f32>,
+    },
+    /// The standard deviation of floats: a share of the sums, and what is added to the variance.
+    Deviation {
+        share: f32,
+        eps: f32,
+    },
+    /// Bytes of so many groups of channels, shuffled.
+    Shuffle(usize),
+    /// Floats, channels first.
+    Flatten,
+}
+
+/// How the sample comes in.
+#[derive(Debug, Clone)]
+pub(crate) struct Stage {
+    /// Distances of neighbouring channels and time steps of the sample in memory.
+    pub by_channel: usize,
+    pub by_step: usize,
+    /// Factors and shifts of the channels, where bytes are stored.
+    pub scales: Option<(Vec<f32>, Vec<f32>)>,
+    pub ending: Ending,
+}
+
+/// A convolution of bytes. Weights lie filter by filter, each as segments × run, the run filled up to fours.
+#[derive(Debug, Clone)]
+pub(crate) struct Conv {
+    pub weight: Vec<i8>,
+    /// Where sums start, as if bytes were numbers from -128 on.
+    pub start: Vec<i32>,
+    pub factor: Vec<f32>,
+    /// Where the first window begins, in the input's memory.
+    pub first: usize,
+    /// Distance of the inputs of neighbouring outputs.
+    pub step: usize,
+    /// Stretches of inputs, their distance, and fours of bytes in each.
+    pub segments: usize,
+    pub apart: usize,
+    pub fours: usize,
+    pub groups: usize,
+    /// Channels of a group.
+    pub channels: usize,
+    pub addend: Option<Addend>,
+    pub ending: Ending,
+    /// Largest sum, whatever the bytes.
+    pub reach: i32,
+    pub macs: usize,
+}
+
+/// How an addend comes in: `(byte − zero) · factor`.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Addend {
+    pub zero: u8,
+    pub factor: f32,
+}
+
+/// A depthwise convolution of bytes; weights lie as kernel × channels.
+#[derive(Debug, Clone)]
+pub(crate) struct Depthwise {
+    pub weight: Vec<i8>,
+    pub start: Vec<i32>,
+    pub factor: Vec<f32>,
+    pub first: usize,
+    pub step: usize,
+    pub taps: usize,
+    pub apart: usize,
+    pub ending: Ending,
+    pub reach: i32,
+    pub macs: usize,
+}
+
+impl Work {
+    /// Returns the products of the layer.
+    pub fn macs(&self) -> usize {
+        match self {
+            Work::Conv(conv) => conv.macs,
+            Work::Depthwise(conv) => conv.macs,
+            _ => 0,
+        }
+    }
+}

@@ -1,0 +1,42 @@
+//! The memory that the C needs.
+
+use std::collections::BTreeSet;
+
+use crate::source::Kernel;
+
+/// Memory and products of one prediction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Size {
+    /// Bytes of the constant tables.
+    pub tables: usize,
+    /// Bytes of tables and code, the code as gcc 12 compiles it at -O2 for a Cortex-M4 with FPU, rounded up.
+    pub flash: usize,
+    /// Bytes of the workspace.
+    pub ram: usize,
+    /// Bytes of the time steps that `push` keeps.
+    pub ring: usize,
+    /// Products of weights and values.
+    pub macs: usize,
+}
+
+impl Size {
+    /// Returns the bytes of code.
+    pub(crate) fn code(kernels: &BTreeSet<Kernel>, is_tempered: bool) -> usize {
+        /// Interface, input, softmax.
+        const BASE: usize = 1600;
+        const TEMPER: usize = 500;
+        let bytes = |kernel: &Kernel| match kernel {
+            Kernel::Conv => 1600,
+            Kernel::Depthwise => 500,
+            Kernel::Map => 400,
+            Kernel::Copy | Kernel::Flatten => 100,
+            Kernel::Add => 500,
+            Kernel::AddFloats => 200,
+            Kernel::Pool => 0,
+            Kernel::Most | Kernel::MostFloats | Kernel::MeanFloats | Kernel::Shuffle => 150,
+            Kernel::Mean => 350,
+            Kernel::Deviation => 450,
+        };
+        BASE + if is_tempered { TEMPER } else { 0 } + kernels.iter().map(bytes).sum::<usize>()
+    }
+}

@@ -1,0 +1,347 @@
+//! The C of a network: tables, kernels that it needs, and one call per layer.
+
+use std::collections::BTreeSet;
+use std::fmt::Write;
+
+use taxel_kernels::frozen::bytes::Ending;
+
+use crate::arena::Arena;
+use crate::layer::{Conv, Depthwise, Layer, Row, Span, Work};
+use crate::literals::{float, floats, table};
+use crate::lower::Network;
+
+/// A kernel as C text, in the order in which they have to stand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Kernel {
+    Conv,
+    Depthwise,
+    Map,
+    Copy,
+    Add,
+    AddFloats,
+    Pool,
+    Most,
+    MostFloats,
+    Mean,
+    MeanFloats,
+    Deviation,
+    Shuffle,
+    Flatten,
+}
+
+impl Kernel {
+    /// Returns the C text.
+    pub fn text(self) -> String {
+        let text = match self {
+            Kernel::Conv => {
+                return include_str!("c/conv.c").replace("DOTS\n", include_str!("c/dots.c"));
+            }
+            Kernel::Depthwise => include_str!("c/depthwise.c"),
+            Kernel::Map => include_str!("c/map.c"),
+            Kernel::Copy => include_str!("c/copy.c"),
+            Kernel::Add => include_str!("c/add.c"),
+            Kernel::AddFloats => include_str!("c/add_floats.c"),
+            Kernel::Pool => include_str!("c/pool.c"),
+            Kernel::Most => include_str!("c/most.c"),
+            Kernel::MostFloats => include_str!("c/most_floats.c"),
+            Kernel::Mean => include_str!("c/mean.c"),
+            Kernel::MeanFloats => include_str!("c/mean_floats.c"),
+            Kernel::Deviation => include_str!("c/deviation.c"),
+            Kernel::Shuffle => include_str!("c/shuffle.c"),
+            Kernel::Flatten => include_str!("c/flatten.c"),
+        };
+        text.into()
+    }
+}
+
+/// The layers of a network as C.
+#[derive(Debug, Default)]
+pub(crate) struct Source {
+    /// Kernels that are called.
+    pub kernels: BTreeSet<Kernel>,
+    /// Constant tables and descriptions of layers.
+    pub tables: String,
+    /// Statements that run the network behind its input.
+    pub calls: String,
+    /// Bytes of the tables.
+    pub table_bytes: usize,
+}
+
+impl Source {
+    /// Writes all layers but the input.
+    pub fn new(network: &Network, arena: &Arena) -> Self {
+        let mut source = Source::default();
+        let mut begun = BTreeSet::new();
+        for (number, layer) in network.layers.iter().enumerate() {
+            if begun.insert(layer.to.memory) && !matches!(layer.work, Work::Stage(_)) {
+                source.calls += &margins(network, arena, layer.to.memory);
+            }
+            source.layer(number, layer, arena);
+        }
+        source
+    }
+
+    fn layer(&mut self, number: usize, layer: &Layer, arena: &Arena) {
+        let place = |row: &Row| offset(row, arena);
+        let to = &layer.to;
+        match &layer.work {
+            Work::Stage(_) => {}
+            Work::Conv(conv) => self.conv(number, layer, conv, arena),
+            Work::Depthwise(conv) => self.depthwise(number, layer, conv, arena),
+            Work::Map { factors, shifts, ending } => {
+                let tables = [self.floats(number, "factor", factors), self.floats(number, "shift", shifts)];
+                let from = &layer.from[0];
+                let fields = format!(
+                    "{}, {}, {}, {}, {}, {}, {}, {}, {}, {}",
+                    tables.join(", "),
+                    end(ending),
+                    place(from),
+                    place(to),
+                    to.channels,
+                    to.positions,
+                    from.pitch,
+                    to.pitch,
+                    u8::from(from.scale.is_some()),
+                    u8::from(to.scale.is_some())
+                );
+                self.described(number, layer, Kernel::Map, "map", &fields, 40);
+            }
+            Work::Copy => self.copy(layer, arena),
+            Work::Add { factors, shift, ending } => {
+                let [a, b] = [&layer.from[0], &layer.from[1]];
+                let numbers = [factors[0], factors[1], *shift].map(float).join(", ");
+                let fields = format!(
+                    "{numbers}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}",
+                    end(ending),
+                    place(a),
+                    place(b),
+                    place(to),
+                    to.channels,
+                    to.positions,
+                    a.pitch,
+                    b.pitch,
+                    to.pitch,
+                    u8::from(to.scale.is_some())
+                );
+                self.described(number, layer, Kernel::Add, "add", &fields, 48);
+            }
+            Work::AddFloats(ending) => {
+                let [a, b] = [&layer.from[0], &layer.from[1]];
+                let fields = format!(
+                    "{}, {}, {}, {}, {}, {}, {}, {}, {}, {}",
+                    float(ending.low),
+                    float(ending.high),
+                    place(a),
+                    place(b),
+                    place(to),
+                    to.channels,
+                    to.positions,
+                    a.pitch,
+                    b.pitch,
+                    to.pitch
+                );
+                self.described(number, layer, Kernel::AddFloats, "add_floats", &fields, 32);
+            }
+            Work::Most(_) | Work::Mean { .. } | Work::MeanFloats { .. } => self.pool(number, layer, arena),
+            Work::Deviation { share, eps } => {
+                let from = &layer.from[0];
+                let fields = format!(
+                    "{}, {}, {}, {}, {}, {}, {}",
+                    float(*share),
+                    float(*eps),
+                    place(from),
+                    place(to),
+                    to.channels,
+                    from.positions,
+                    from.pitch
+                );
+                self.described(number, layer, Kernel::Deviation, "deviation", &fields, 24);
+            }
+            Work::Shuffle(groups) => {
+                let from = &layer.from[0];
+                self.kernels.insert(Kernel::Shuffle);
+                let places = format!("{}u, {}u, {}u, {}u", place(from), from.pitch, place(to), to.pitch);
+                let sizes = format!("{}u, {groups}u, {}u", to.channels, to.positions);
+                let _ = writeln!(self.calls, "    shuffle(arena, {places}, {sizes});");
+            }
+            Work::Flatten => {
+                let from = &layer.from[0];
+                self.kernels.insert(Kernel::Flatten);
+                let places = format!("{}u, {}u, {}u", place(from), from.pitch, place(to));
+                let sizes = format!("{}u, {}u", from.channels, from.positions);
+                let _ = writeln!(self.calls, "    flatten(arena, {places}, {sizes});");
+            }
+        }
+    }
+
+    /// Adds the description of a layer, of about so many bytes, and its call.
+    fn described(
+        &mut self,
+        number: usize,
+        layer: &Layer,
+        kernel: Kernel,
+        name: &str,
+        fields: &str,
+        bytes: usize,
+    ) {
+        self.kernels.insert(kernel);
+        let kind = if matches!(kernel, Kernel::Most | Kernel::MostFloats | Kernel::Mean | Kernel::MeanFloats)
+        {
+            self.kernels.insert(Kernel::Pool);
+            "pool"
+        } else {
+            name
+        };
+        let title = crate::literals::comment(&layer.name);
+        let _ = writeln!(
+            self.tables,
+            "/* {title} */\nstatic const {kind}_layer layer_{number} = {{\n    {fields}\n}};\n"
+        );
+        let _ = writeln!(self.calls, "    {name}(&layer_{number}, arena); /* {title} */");
+        self.table_bytes += bytes;
+    }
+
+    /// Adds a table of floats; the name of it comes back.
+    fn floats(&mut self, number: usize, what: &str, values: &[f32]) -> String {
+        let name = format!("{what}_{number}");
+        self.tables += &floats(&name, values);
+        self.table_bytes += size_of_val(values);
+        name
+    }
+
+    fn sums(&mut self, number: usize, weight: &[i8], start: &[i32], factor: &[f32]) {
+        self.tables += &table("int8_t", &format!("weight_{number}"), weight);
+        self.tables += &table("int32_t", &format!("start_{number}"), start);
+        self.table_bytes += weight.len().next_multiple_of(4) + size_of_val(start);
+        self.floats(number, "factor", factor);
+    }
+
+    fn conv(&mut self, number: usize, layer: &Layer, conv: &Conv, arena: &Arena) {
+        self.sums(number, &conv.weight, &conv.start, &conv.factor);
+        let to = &layer.to;
+        let base = offset(&layer.from[0], arena) - layer.from[0].start;
+        let (zero, factor) = conv.addend.map_or((0.0, 0.0), |addend| (f32::from(addend.zero), addend.factor));
+        let added = layer.from.get(1).map_or((0, 0), |row| (offset(row, arena), row.pitch));
+        let fields = format!(
+            "weight_{number}, start_{number}, factor_{number}, {}, {}, {}, {}, {}, {},\n    \
+             {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}",
+            float(zero),
+            float(factor),
+            end(&conv.ending),
+            base + conv.first,
+            offset(to, arena),
+            added.0,
+            conv.step,
+            conv.segments,
+            conv.apart,
+            conv.fours,
+            conv.groups,
+            conv.channels,
+            to.channels,
+            to.positions,
+            to.pitch,
+            added.1,
+            format_args!("{}, {}", u8::from(conv.addend.is_some()), u8::from(to.scale.is_some())),
+        );
+        self.described(number, layer, Kernel::Conv, "conv", &fields, 68);
+    }
+
+    fn depthwise(&mut self, number: usize, layer: &Layer, conv: &Depthwise, arena: &Arena) {
+        self.sums(number, &conv.weight, &conv.start, &conv.factor);
+        let to = &layer.to;
+        let fields = format!(
+            "weight_{number}, start_{number}, factor_{number}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}",
+            end(&conv.ending),
+            offset(&layer.from[0], arena) - layer.from[0].start + conv.first,
+            offset(to, arena),
+            conv.step,
+            conv.taps,
+            conv.apart,
+            to.channels,
+            to.positions,
+            to.pitch,
+            u8::from(to.scale.is_some())
+        );
+        self.described(number, layer, Kernel::Depthwise, "depthwise", &fields, 48);
+    }
+
+    fn copy(&mut self, layer: &Layer, arena: &Arena) {
+        let (from, to) = (&layer.from[0], &layer.to);
+        let each = element(to);
+        self.kernels.insert(Kernel::Copy);
+        let places = [offset(from, arena), from.pitch * each, offset(to, arena), to.pitch * each];
+        let [from, from_pitch, to, to_pitch] = places;
+        let width = layer.to.channels * each;
+        let _ = writeln!(
+            self.calls,
+            "    copy(arena, {from}u, {from_pitch}u, {to}u, {to_pitch}u, {width}u, {}u);",
+            layer.to.positions
+        );
+    }
+
+    fn pool(&mut self, number: usize, layer: &Layer, arena: &Arena) {
+        let (from, to) = (&layer.from[0], &layer.to);
+        let is_bytes = from.scale.is_some();
+        let mut tables = vec!["0".to_string(); 2];
+        let plain = Ending { zero: 0.0, low: f32::NEG_INFINITY, high: f32::INFINITY };
+        let (spans, ending, kernel, name): (&[Span], Ending, Kernel, &str) = match &layer.work {
+            Work::Mean { spans, scales, ending } => {
+                let (factors, shifts): (Vec<f32>, Vec<f32>) = scales.iter().copied().unzip();
+                tables = vec![self.floats(number, "factor", &factors), self.floats(number, "shift", &shifts)];
+                (spans, *ending, Kernel::Mean, "mean")
+            }
+            Work::MeanFloats { spans, shares } => {
+                tables[0] = self.floats(number, "factor", shares);
+                (spans, plain, Kernel::MeanFloats, "mean_floats")
+            }
+            Work::Most(spans) if is_bytes => (spans, plain, Kernel::Most, "most"),
+            Work::Most(spans) => (spans, plain, Kernel::MostFloats, "most_floats"),
+            _ => unreachable!("only poolings have spans"),
+        };
+        let pairs: Vec<String> = spans.iter().map(|[from, to]| format!("{{{from}, {to}}}")).collect();
+        self.tables += &table("span", &format!("spans_{number}"), &pairs);
+        self.table_bytes += 4 * spans.len();
+        let fields = format!(
+            "spans_{number}, {}, {}, {}, {}, {}, {}, {}, {}, {}",
+            tables.join(", "),
+            end(&ending),
+            offset(from, arena),
+            offset(to, arena),
+            to.channels,
+            to.positions,
+            from.pitch,
+            to.pitch,
+            u8::from(to.scale.is_some())
+        );
+        self.described(number, layer, kernel, name, &fields, 44);
+    }
+}
+
+/// Returns zero and bounds of an ending.
+fn end(ending: &Ending) -> String {
+    [ending.zero, ending.low, ending.high].map(float).join(", ")
+}
+
+/// Returns the bytes of one value.
+pub(crate) fn element(row: &Row) -> usize {
+    if row.scale.is_some() { 1 } else { size_of::<f32>() }
+}
+
+/// Returns the first byte of a row.
+pub(crate) fn offset(row: &Row, arena: &Arena) -> usize {
+    arena.offsets[row.memory].unwrap_or(0) + row.start * element(row)
+}
+
+/// Returns the statements that fill the margins of a memory.
+pub(crate) fn margins(network: &Network, arena: &Arena, memory: usize) -> String {
+    let (margins, Some(zero)) = (network.memories[memory].margins, network.memories[memory].zero) else {
+        return String::new();
+    };
+    let base = arena.offsets[memory].unwrap_or(0);
+    let ends = [base, base + network.memories[memory].len - margins[1]];
+    let mut calls = String::new();
+    for (at, len) in ends.into_iter().zip(margins).filter(|(_, len)| *len > 0) {
+        let _ = writeln!(calls, "    memset((int8_t *)arena + {at}, {}, {len}u);", i32::from(zero) - 128);
+    }
+    calls
+}
