@@ -30,7 +30,7 @@ impl Arena {
     pub fn new(layers: &[Layer], memories: &[Memory], logits: &Row) -> Self {
         let mut lifetimes = vec![];
         for (memory, Memory { .. }) in memories.iter().enumerate() {
-            let uses = |layer: &Layer| layer.from.iter().chain([&layer.to]).any(|row| row.memory == memory);
+            let uses = |layer: &Layer| layer.rows().any(|row| row.memory == memory);
             let Some(first) = layers.iter().position(uses) else { continue };
             let last = if logits.memory == memory { None } else { layers.iter().rposition(uses) };
             let len = memories[memory].bytes().next_multiple_of(ALIGNMENT);

@@ -97,10 +97,13 @@ impl Check {
             "add" => include_str!("c/check_add.c").to_string(),
             "conv" => {
                 let one = |what: &str| format!("conv_{what}(conv_now, conv_filter, sum, conv_addend)");
+                let all = "check_all_sums(layer, conv_filter, reach, has_addend);";
+                let sums = format!("{}{}", include_str!("c/check_whole.c"), sums.replace("@all@", all));
                 sums.replace("@byte@", &one("byte")).replace("@float@", &one("float"))
             }
             _ => {
                 let one = |what: &str| format!("depthwise_{what}(depthwise_now, depthwise_filter, sum)");
+                let sums = sums.replace("        @all@\n", "");
                 sums.replace("@byte@", &one("byte")).replace("@float@", &one("float"))
             }
         };

@@ -43,6 +43,17 @@ pub(crate) struct Layer {
     pub to: Row,
 }
 
+impl Layer {
+    /// Returns all rows that the layer reads and writes.
+    pub fn rows(&self) -> impl Iterator<Item = &Row> {
+        let more = match &self.work {
+            Work::Conv(conv) => conv.statistics.as_slice(),
+            _ => &[],
+        };
+        self.from.iter().chain([&self.to]).chain(more.iter().map(|statistic| &statistic.to))
+    }
+}
+
 /// How much of a window lies inside: first input, one past the last.
 pub(crate) type Span = [usize; 2];
 
@@ -127,6 +138,23 @@ pub(crate) struct Conv {
     /// Largest sum, whatever the bytes.
     pub reach: i32,
     pub macs: usize,
+    /// What becomes of each filter's row of floats; empty where all are stored.
+    pub statistics: Vec<Statistic>,
+}
+
+/// A number of a filter's row.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Statistic {
+    pub number: RowNumber,
+    pub to: Row,
+}
+
+/// Which number of a row.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum RowNumber {
+    Mean { share: f32 },
+    Most,
+    Deviation { share: f32, eps: f32 },
 }
 
 /// How an addend comes in: `(byte − zero) · factor`.

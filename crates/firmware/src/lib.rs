@@ -43,6 +43,7 @@
 mod arena;
 mod check;
 mod error;
+mod fuse;
 mod layer;
 mod layouts;
 mod library;
@@ -53,6 +54,7 @@ mod print;
 mod samples;
 mod size;
 mod source;
+mod whole;
 mod write;
 
 pub use error::{Error, Result};

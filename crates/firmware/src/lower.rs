@@ -340,6 +340,7 @@ fn convolution(conv: &PlannedConv, from: &[Row], to: &Row) -> Result<Work, Strin
         ending: output(to).ending(conv.rectifier),
         reach: whole(reach)?,
         macs: to.positions * to.channels * kernel * channels,
+        statistics: vec![],
     }))
 }
 

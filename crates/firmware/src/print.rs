@@ -8,6 +8,7 @@ use taxel_encodings::Scaling;
 use crate::arena::Arena;
 use crate::check::{Check, taken};
 use crate::error::{Error, Result};
+use crate::fuse::fuse;
 use crate::layer::{Stage, Work};
 use crate::layouts::layouts;
 use crate::library::{CFile, Library};
@@ -64,7 +65,7 @@ impl Library<'_> {
 
     fn plan(&self) -> Result<Planned> {
         let refuse = |reason| Error::Refused { model: self.model.clone(), reason };
-        let network = lower(self.blueprint, self.sample).map_err(refuse)?;
+        let network = fuse(lower(self.blueprint, self.sample).map_err(refuse)?);
         if network.logits.channels != self.classes.len() {
             let (logits, classes) = (network.logits.channels, self.classes.len());
             return Err(refuse(format!("it has {logits} logits for {classes} classes")));
@@ -104,9 +105,10 @@ impl Library<'_> {
 
     fn source(&self, planned: &Planned) -> String {
         let Planned { network, arena, source, stage, size } = planned;
-        let mut kernels = format!("{}\n{}", include_str!("c/floats.c"), exponential(self.temperature));
+        let full = if has_full_bytes(network) { "#define FULL_BYTES 1\n\n" } else { "" };
+        let mut kernels = format!("{full}{}\n{}", include_str!("c/floats.c"), exponential(self.temperature));
         for kernel in &source.kernels {
-            kernels += &format!("\n{}", kernel.text());
+            kernels += &format!("\n{}", kernel.text(network));
         }
         let classes = self.classes.iter().fold(String::new(), |mut all, name| {
             let _ = writeln!(all, "    {},", text(name));
@@ -141,6 +143,19 @@ impl Library<'_> {
             ],
         )
     }
+}
+
+/// Checks whether all bytes may be 0 to 255: nothing is cut off before.
+fn has_full_bytes(network: &Network) -> bool {
+    network.layers.iter().filter(|layer| layer.to.scale.is_some()).all(|layer| match &layer.work {
+        Work::Stage(Stage { ending, .. })
+        | Work::Map { ending, .. }
+        | Work::Add { ending, .. }
+        | Work::Mean { ending, .. } => (ending.low, ending.high) == (0.0, 255.0),
+        Work::Conv(conv) => (conv.ending.low, conv.ending.high) == (0.0, 255.0),
+        Work::Depthwise(conv) => (conv.ending.low, conv.ending.high) == (0.0, 255.0),
+        _ => true,
+    })
 }
 
 /// Writes softmax and temperature with their constants.

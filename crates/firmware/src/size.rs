@@ -26,7 +26,8 @@ impl Size {
         const BASE: usize = 1600;
         const TEMPER: usize = 500;
         let bytes = |kernel: &Kernel| match kernel {
-            Kernel::Conv => 1600,
+            Kernel::Root => 200,
+            Kernel::Conv => 2000,
             Kernel::Depthwise => 500,
             Kernel::Map => 400,
             Kernel::Copy | Kernel::Flatten => 100,

@@ -6,13 +6,15 @@ use std::fmt::Write;
 use taxel_kernels::frozen::bytes::Ending;
 
 use crate::arena::Arena;
-use crate::layer::{Conv, Depthwise, Layer, Row, Span, Work};
+use crate::layer::{Conv, Depthwise, Layer, Row, RowNumber, Span, Statistic, Work};
 use crate::literals::{float, floats, table};
 use crate::lower::Network;
+use crate::whole::Whole;
 
 /// A kernel as C text, in the order in which they have to stand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Kernel {
+    Root,
     Conv,
     Depthwise,
     Map,
@@ -30,12 +32,11 @@ pub(crate) enum Kernel {
 }
 
 impl Kernel {
-    /// Returns the C text.
-    pub fn text(self) -> String {
+    /// Returns the C text for a network.
+    pub fn text(self, network: &Network) -> String {
         let text = match self {
-            Kernel::Conv => {
-                return include_str!("c/conv.c").replace("DOTS\n", include_str!("c/dots.c"));
-            }
+            Kernel::Conv => return conv_text(network),
+            Kernel::Root => include_str!("c/root.c"),
             Kernel::Depthwise => include_str!("c/depthwise.c"),
             Kernel::Map => include_str!("c/map.c"),
             Kernel::Copy => include_str!("c/copy.c"),
@@ -52,6 +53,53 @@ impl Kernel {
         };
         text.into()
     }
+}
+
+/// Returns the text of convolutions with the modes that the network needs.
+fn conv_text(network: &Network) -> String {
+    let mut modes = BTreeSet::new();
+    let mut statistics = vec![];
+    for layer in &network.layers {
+        let Work::Conv(conv) = &layer.work else { continue };
+        modes.insert(u8::from(layer.to.scale.is_some()) + 2 * u8::from(conv.addend.is_some()));
+        statistics.extend(conv.statistics.iter().map(|statistic| statistic.number));
+    }
+    let has_deviation = statistics.iter().any(|number| matches!(number, RowNumber::Deviation { .. }));
+    let deviation = if has_deviation { include_str!("c/statistics_deviation.c").trim_end() } else { "" };
+    let (functions, ended) = if statistics.is_empty() {
+        (String::new(), "")
+    } else {
+        let ended = "if ((mode & 1u) == 0u && l->statistics != 0) {\n                \
+                     conv_statistics(l, arena + l->to / 4u, arena, filter);\n                \
+                     if (next != filter) {\n                    \
+                     conv_statistics(l, arena + l->to / 4u + positions, arena, next);\n                }\n            }";
+        (include_str!("c/statistics.c").replace("            DEVIATION\n", &indented(deviation)), ended)
+    };
+    let calls: Vec<String> = modes
+        .iter()
+        .map(|mode| {
+            let [bytes, addend] = [mode & 1, mode >> 1];
+            format!(
+                "if (l->makes_bytes == {bytes}u && l->has_addend == {addend}u) {{\n        \
+                 conv_as(l, arena, {mode}u);\n    }}"
+            )
+        })
+        .collect();
+    let calls = if let [mode] = modes.iter().collect::<Vec<_>>()[..] {
+        format!("conv_as(l, arena, {mode}u);")
+    } else {
+        calls.join(" else ")
+    };
+    include_str!("c/conv.c")
+        .replace("DOTS\n", include_str!("c/dots.c"))
+        .replace("STATISTICS\n", &functions)
+        .replace("            CONV_ENDED\n", &indented(ended))
+        .replace("MODES", &calls)
+}
+
+/// Returns lines in a loop of a loop; nothing of nothing.
+fn indented(text: &str) -> String {
+    if text.is_empty() { String::new() } else { format!("            {text}\n") }
 }
 
 /// The layers of a network as C.
@@ -155,6 +203,7 @@ impl Source {
                     from.positions,
                     from.pitch
                 );
+                self.kernels.insert(Kernel::Root);
                 self.described(number, layer, Kernel::Deviation, "deviation", &fields, 24);
             }
             Work::Shuffle(groups) => {
@@ -222,12 +271,20 @@ impl Source {
         let base = offset(&layer.from[0], arena) - layer.from[0].start;
         let (zero, factor) = conv.addend.map_or((0.0, 0.0), |addend| (f32::from(addend.zero), addend.factor));
         let added = layer.from.get(1).map_or((0, 0), |row| (offset(row, arena), row.pitch));
+        let whole = Whole::new(conv);
+        let multipliers = self.multipliers(number, whole.as_ref());
+        let statistics = self.statistics(number, conv, arena);
         let fields = format!(
-            "weight_{number}, start_{number}, factor_{number}, {}, {}, {}, {}, {}, {},\n    \
-             {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}",
+            "weight_{number}, start_{number}, factor_{number}, {multipliers}, {statistics},\n    \
+             {}, {}, {}, {}, {}, {}, {},\n    {}, {}, {}, {}, {}, {}, {}, {}, {}, {}",
             float(zero),
             float(factor),
             end(&conv.ending),
+            format_args!(
+                "{}, {}",
+                whole.as_ref().map_or(0, |whole| whole.addend),
+                whole.as_ref().map_or(0, |whole| whole.base)
+            ),
             base + conv.first,
             offset(to, arena),
             added.0,
@@ -237,13 +294,53 @@ impl Source {
             conv.fours,
             conv.groups,
             conv.channels,
-            to.channels,
+            conv.factor.len(),
             to.positions,
             to.pitch,
-            added.1,
-            format_args!("{}, {}", u8::from(conv.addend.is_some()), u8::from(to.scale.is_some())),
+            format_args!(
+                "{}, {}, {}, {}, {}",
+                added.1,
+                whole.as_ref().map_or(0, |whole| whole.shift),
+                whole.as_ref().map_or(0, |whole| whole.fraction),
+                u8::from(conv.addend.is_some()),
+                u8::from(to.scale.is_some())
+            ),
         );
-        self.described(number, layer, Kernel::Conv, "conv", &fields, 68);
+        self.described(number, layer, Kernel::Conv, "conv", &fields, 84);
+    }
+
+    /// Adds the multipliers of whole numbers, for processors that use them; their name comes back.
+    fn multipliers(&mut self, number: usize, whole: Option<&Whole>) -> String {
+        let Some(whole) = whole else { return "0".into() };
+        let name = format!("multiplier_{number}");
+        let values = table("int32_t", &name, &whole.multipliers);
+        let none = format!("#define {name} 0\n");
+        let _ = write!(self.tables, "#ifdef WHOLE_ENDINGS\n{values}#else\n{none}#endif\n");
+        name
+    }
+
+    /// Adds what becomes of each filter's row; its address comes back.
+    fn statistics(&mut self, number: usize, conv: &Conv, arena: &Arena) -> String {
+        if conv.statistics.is_empty() {
+            return "0".into();
+        }
+        let one = |statistic: &Statistic| {
+            let (kind, share, eps) = match statistic.number {
+                RowNumber::Mean { share } => (0, share, 0.0),
+                RowNumber::Most => (1, 0.0, 0.0),
+                RowNumber::Deviation { share, eps } => {
+                    self.kernels.insert(Kernel::Root);
+                    (2, share, eps)
+                }
+            };
+            format!("{{{}, {}, {}, {kind}}}", float(share), float(eps), offset(&statistic.to, arena))
+        };
+        let rows: Vec<String> = conv.statistics.iter().map(one).collect();
+        self.table_bytes += 16 * rows.len() + 8;
+        self.tables += &table("statistic", &format!("numbers_{number}"), &rows);
+        let list = format!("static const statistic_list list_{number} = {{numbers_{number}, {}}};\n", rows.len());
+        self.tables += &list;
+        format!("&list_{number}")
     }
 
     fn depthwise(&mut self, number: usize, layer: &Layer, conv: &Depthwise, arena: &Arena) {

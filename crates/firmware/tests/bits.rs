@@ -150,7 +150,7 @@ fn check(compiler: &str, flags: &[&str], folder: &Path) -> Result<(), String> {
 fn same_bits(compiler: &str, cases: &[(&str, Scaling, Option<f64>)], flags: &[&[&str]]) {
     for (name, scaling, temperature) in cases {
         let home = tempfile::tempdir().unwrap();
-        let folder = home.path().join("firmware");
+        let folder = std::env::var("TAXEL_FIRMWARE").map_or(home.path().join("firmware"), |kept| Path::new(&kept).join(name));
         Case::new(name, scaling.clone(), *temperature).export(name, &folder);
         for flags in flags {
             check(compiler, flags, &folder).unwrap_or_else(|reason| panic!("{name} {scaling:?}: {reason}"));
@@ -158,11 +158,13 @@ fn same_bits(compiler: &str, cases: &[(&str, Scaling, Option<f64>)], flags: &[&[
     }
 }
 
-const C99: [&[&str]; 4] = [
+const C99: [&[&str]; 5] = [
     &["-std=c99", "-Os"],
     &["-std=c99", "-O2"],
     &["-std=c99", "-O3", "-march=native"],
     &["-std=c99", "-O2", "-ffast-math"],
+    // As processors without floats in hardware compute, for every sum.
+    &["-std=c99", "-O2", "-DWHOLE_ENDINGS=1", "-DCHECK_ALL_SUMS"],
 ];
 
 #[test]

@@ -25,6 +25,10 @@ pub enum Error {
     #[cfg(feature = "lab")]
     #[error(transparent)]
     Onnx(#[from] taxel_onnx::Error),
+    /// A network that cannot become C.
+    #[cfg(feature = "lab")]
+    #[error(transparent)]
+    Firmware(#[from] taxel_firmware::Error),
     /// A model that cannot be exported.
     #[cfg(feature = "lab")]
     #[error("{model}: {reason}")]

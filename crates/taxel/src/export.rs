@@ -241,7 +241,7 @@ fn scale(scaling: &Scaling, steps: &mut Vec<FrontStep>) {
 }
 
 /// Describes an encoding that ONNX does not do.
-fn words(transform: &Transform) -> &'static str {
+pub(crate) fn words(transform: &Transform) -> &'static str {
     match transform {
         Transform::QuantileCode(_) => "the quantile code of the readings (encoding.signal)",
         Transform::History { .. } => {

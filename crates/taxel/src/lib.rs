@@ -78,6 +78,8 @@ mod error;
 #[cfg(feature = "lab")]
 mod export;
 #[cfg(feature = "lab")]
+mod firmware;
+#[cfg(feature = "lab")]
 mod listing;
 pub mod panics;
 #[cfg(feature = "lab")]
@@ -88,6 +90,8 @@ pub mod reporting;
 pub use error::{Error, Result};
 #[cfg(feature = "lab")]
 pub use export::{Exported, ExportedInput, export};
+#[cfg(feature = "lab")]
+pub use firmware::{ExportedC, export_c};
 #[cfg(feature = "lab")]
 pub use listing::{costs, listing};
 pub use ndarray;

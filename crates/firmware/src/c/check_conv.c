@@ -27,6 +27,7 @@ static void check_@kind@(const char *name, const @kind@_layer *layer, uint32_t f
             }
         }
         expect(name, @kind@_filter, digest, wanted[@kind@_filter]);
+        @all@
     }
 }
 

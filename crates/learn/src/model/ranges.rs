@@ -53,6 +53,11 @@ impl Ranges {
         Ranges(both.map(|([a, b], [least, most])| [a.min(*least), b.max(*most)]).collect())
     }
 
+    /// Returns the least and the largest value of each channel.
+    pub fn channels(&self) -> &[[f32; 2]] {
+        &self.0
+    }
+
     /// Checks whether none is known, as of a model of an older version.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()

@@ -1,37 +1,58 @@
-//! `taxel export`: a model as ONNX.
+//! `taxel export`: a model as ONNX, or as C for microcontrollers.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use clap::{Args, ValueHint};
+use clap::{Args, ValueEnum, ValueHint};
 use taxel::onnx::{IR_VERSION, OPSET};
-use taxel::{Exported, ExportedInput, Model};
+use taxel::{Exported, ExportedC, ExportedInput, Model};
+
+use taxel::base::thousands;
 
 use crate::CommandResult;
 use crate::commands::arguments::network::{existing, is_file, weighted};
 use crate::outln;
 use crate::terminal::messages::note;
 
-/// Writes a trained model as an ONNX file, for onnxruntime, TensorRT, tract and others.
+/// The form of an exported model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Format {
+    /// An ONNX file.
+    Onnx,
+    /// A folder of C99 for microcontrollers.
+    C,
+}
+
+/// Writes a trained model as an ONNX file, for onnxruntime, TensorRT, tract and others, or as C for microcontrollers.
 ///
-/// The file takes any number of samples and has the outputs `logits` and `probabilities`. Where ONNX can say the encoding
+/// The ONNX file takes any number of samples and has the outputs `logits` and `probabilities`. Where ONNX can say the encoding
 /// (z-scores, full scale, the order of axes) it takes raw samples, as the sensor gives them. Gramian fields, quantile codes
 /// and NumaTac series have to be computed before; the command says so. Classes, unit and loss are in the file's metadata.
 ///
 /// MODEL may also be a network without encoding: a file that `taxel import` wrote, or a name of the zoo with --weights.
 /// Baselines are refused. docs/onnx.md has the operations and five lines of Python that run the file.
+///
+/// With --format c a model in eight bits becomes a folder that compiles as it is: C99 without malloc and libm, a test, and
+/// what Arduino, PlatformIO, Zephyr and CMake expect. Its predictions have the bits of `taxel predict` (docs/firmware.md).
 #[derive(Args)]
 #[command(after_help = "Examples:  taxel export model.safetensors --output model.onnx
-           taxel export resnet18 -o resnet18.onnx --weights resnet18.safetensors --set classes=1000")]
+           taxel export resnet18 -o resnet18.onnx --weights resnet18.safetensors --set classes=1000
+           taxel export small.safetensors firmware/ --format c --name squeeze")]
 pub struct Export {
     /// A model made by `taxel fit`, or one of a run folder's models/.
     model: String,
-    /// The ONNX file to write.
-    #[arg(long, short, value_name = "FILE", required_unless_present = "old_output")]
+    /// The ONNX file to write, or the folder of C.
+    #[arg(long, short, value_name = "PLACE", required_unless_present = "old_output")]
     output: Option<PathBuf>,
-    /// The place of the ONNX file until version 0.1.
+    /// The same without `--output`.
     #[arg(hide = true, conflicts_with = "output")]
     old_output: Option<PathBuf>,
+    /// The form of the exported model.
+    #[arg(long, value_enum, default_value = "onnx")]
+    format: Format,
+    /// Name of the C library; without it that of the model.
+    #[arg(long)]
+    name: Option<String>,
     /// Weights of a network of the zoo, by its tensor names; a file has its own.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     weights: Option<PathBuf>,
@@ -43,8 +64,13 @@ pub struct Export {
 impl Export {
     pub fn run(self) -> CommandResult {
         let Some(output) = self.output.as_ref().or(self.old_output.as_ref()) else {
-            return Err("--output is missing; name the ONNX file to write".into());
+            return Err("--output is missing; name the ONNX file or the folder to write".into());
         };
+        match (self.format, &self.name) {
+            (Format::C, _) => return self.c(output),
+            (Format::Onnx, Some(_)) => return Err("--name belongs to --format c; leave it out".into()),
+            (Format::Onnx, None) => {}
+        }
         let is_model = self.weights.is_none() && is_file(&self.model);
         let exported = if is_model { self.file(output)? } else { self.without_encoding(output)? };
         outln!("{}: opset {OPSET}, IR version {IR_VERSION}", output.display());
@@ -71,6 +97,23 @@ impl Export {
             note("note: the model's guard is not in the file: broken channels reach the network as they are");
         }
         Ok(exported)
+    }
+
+    /// Writes a folder of C.
+    fn c(&self, folder: &Path) -> CommandResult {
+        if self.weights.is_some() || !self.set.is_empty() {
+            return Err("--weights and --set belong to networks without encoding, which do not become C; name a model".into());
+        }
+        let model = Model::open(existing(&self.model)?)?;
+        let ExportedC { name, size, remarks } = taxel::export_c(&model, folder, self.name.as_deref())?;
+        let [flash, tables, ram, ring, macs] =
+            [size.flash, size.tables, size.ram, size.ring, size.macs].map(|number| thousands(number as u64));
+        outln!("{}: C99, functions taxel_{name}_..", folder.display());
+        outln!("flash: about {flash} bytes on a Cortex-M, of which {tables} are tables");
+        outln!("RAM: {ram} bytes, and {ring} for the time steps of taxel_{name}_push");
+        outln!("products of one prediction: {macs}");
+        remarks.iter().for_each(|remark| note(&format!("note: {remark}")));
+        Ok(ExitCode::SUCCESS)
     }
 
     /// Writes a network whose encoding is not known.

@@ -1,0 +1,62 @@
+/* Counts the instructions and the stack of one prediction; NAME and the source of the library come from the command line. */
+#include <stdio.h>
+
+#include SOURCE
+
+#define JOIN(a, b, c) a##b##c
+#define PREDICT(name) JOIN(taxel_, name, _predict)
+#define CALL(name) PREDICT(name)
+
+static float sample[VALUES];
+static float row[CLASSES];
+
+#if defined(__riscv)
+#define MASK 0xFFFFFFFFu
+static uint32_t now(void)
+{
+    uint32_t count;
+    __asm__ volatile("csrr %0, minstret" : "=r"(count));
+    return count;
+}
+#else
+/* SysTick counts 24 bits. */
+#define MASK 0xFFFFFFu
+#define SYSTICK ((volatile uint32_t *)0xE000E010u)
+static uint32_t now(void) { return 0xFFFFFFu - SYSTICK[2]; }
+#endif
+
+static uint32_t used_stack(void)
+{
+    /* Painted below this frame, then looked at. */
+    volatile uint8_t *below = (volatile uint8_t *)__builtin_frame_address(0) - 64;
+    uint32_t i, used = 0;
+    for (i = 0; i < 2048u; i++) {
+        below[-(int32_t)i] = 0xA5u;
+    }
+    (void)CALL(NAME)(sample, row);
+    for (i = 0; i < 2048u; i++) {
+        used = below[-(int32_t)i] != 0xA5u ? i + 64u : used;
+    }
+    return used;
+}
+
+int main(void)
+{
+    uint32_t i, begin, end, empty;
+    for (i = 0; i < VALUES; i++) {
+        sample[i] = (float)((i * 37u) % 1024u);
+    }
+#if !defined(__riscv)
+    SYSTICK[1] = 0xFFFFFFu;
+    SYSTICK[2] = 0;
+    SYSTICK[0] = 5;
+#endif
+    begin = now();
+    end = now();
+    empty = end - begin;
+    begin = now();
+    (void)CALL(NAME)(sample, row);
+    end = now();
+    printf("ticks %lu stack %lu\n", (unsigned long)((end - begin - empty) & MASK), (unsigned long)used_stack());
+    return 0;
+}
