@@ -5,7 +5,7 @@ use std::fmt::Write;
 use taxel_encodings::Scaling;
 use taxel_kernels::frozen::bytes::Ending;
 
-use crate::layer::{Layer, Stage, Work};
+use crate::layer::{Layer, Stage, Then, Work};
 use crate::library::Library;
 use crate::literals::{float, floats, table};
 use crate::lower::Network;
@@ -41,7 +41,7 @@ impl Check {
             }
             Work::Conv(conv) => {
                 let addend = conv.addend.map(|addend| (f32::from(addend.zero), addend.factor));
-                let found = sums(layer, &conv.factor, conv.reach, addend, &conv.ending);
+                let found = sums(layer, &conv.factor, conv.reach, addend, &conv.ending, conv.then);
                 (
                     found,
                     "conv",
@@ -54,7 +54,7 @@ impl Check {
                 )
             }
             Work::Depthwise(conv) => {
-                let found = sums(layer, &conv.factor, conv.reach, None, &conv.ending);
+                let found = sums(layer, &conv.factor, conv.reach, None, &conv.ending, None);
                 (found, "depthwise", Some(format!("{}u, {}, 0u, ", conv.factor.len(), conv.reach)))
             }
             Work::Map { factors, shifts, ending } => {
@@ -126,14 +126,26 @@ fn samples(library: &Library) -> String {
 }
 
 /// Returns a digest of every filter: of all thresholds of its bytes, or of floats for sums all over the range.
-fn sums(layer: &Layer, factors: &[f32], reach: i32, addend: Option<(f32, f32)>, ending: &Ending) -> Vec<u32> {
+fn sums(
+    layer: &Layer,
+    factors: &[f32],
+    reach: i32,
+    addend: Option<(f32, f32)>,
+    ending: &Ending,
+    then: Option<Then>,
+) -> Vec<u32> {
     let one = |factor: &f32| {
         let mut digest = Digest::new();
         let value = |sum, byte| steps(sum, *factor, addend.map(|(zero, factor)| (byte, zero, factor)));
         if layer.to.scale.is_some() {
             let last = if addend.is_some() { 255 } else { 0 };
             for added in 0..=last {
-                add_thresholds(&mut digest, reach, |sum| byte(value(sum, added), ending));
+                add_thresholds(&mut digest, reach, |sum| match then {
+                    None => byte(value(sum, added), ending),
+                    Some(then) => {
+                        byte(ended(value(sum, added), ending) * then.factor + then.shift, &then.ending)
+                    }
+                });
             }
         } else {
             for i in -512..=512i32 {

@@ -140,6 +140,16 @@ pub(crate) struct Conv {
     pub macs: usize,
     /// What becomes of each filter's row of floats; empty where all are stored.
     pub statistics: Vec<Statistic>,
+    /// How floats become bytes at once.
+    pub then: Option<Then>,
+}
+
+/// A factor and a shift of floats, and how they are stored.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Then {
+    pub factor: f32,
+    pub shift: f32,
+    pub ending: Ending,
 }
 
 /// A number of a filter's row.

@@ -341,6 +341,7 @@ fn convolution(conv: &PlannedConv, from: &[Row], to: &Row) -> Result<Work, Strin
         reach: whole(reach)?,
         macs: to.positions * to.channels * kernel * channels,
         statistics: vec![],
+        then: None,
     }))
 }
 

@@ -152,7 +152,10 @@ fn has_full_bytes(network: &Network) -> bool {
         | Work::Map { ending, .. }
         | Work::Add { ending, .. }
         | Work::Mean { ending, .. } => (ending.low, ending.high) == (0.0, 255.0),
-        Work::Conv(conv) => (conv.ending.low, conv.ending.high) == (0.0, 255.0),
+        Work::Conv(conv) => {
+            let ending = conv.then.map_or(conv.ending, |then| then.ending);
+            (ending.low, ending.high) == (0.0, 255.0)
+        }
         Work::Depthwise(conv) => (conv.ending.low, conv.ending.high) == (0.0, 255.0),
         _ => true,
     })

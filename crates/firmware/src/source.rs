@@ -6,7 +6,7 @@ use std::fmt::Write;
 use taxel_kernels::frozen::bytes::Ending;
 
 use crate::arena::Arena;
-use crate::layer::{Conv, Depthwise, Layer, Row, RowNumber, Span, Statistic, Work};
+use crate::layer::{Conv, Depthwise, Layer, Row, RowNumber, Span, Statistic, Then, Work};
 use crate::literals::{float, floats, table};
 use crate::lower::Network;
 use crate::whole::Whole;
@@ -57,11 +57,9 @@ impl Kernel {
 
 /// Returns the text of convolutions with the modes that the network needs.
 fn conv_text(network: &Network) -> String {
-    let mut modes = BTreeSet::new();
     let mut statistics = vec![];
     for layer in &network.layers {
         let Work::Conv(conv) = &layer.work else { continue };
-        modes.insert(u8::from(layer.to.scale.is_some()) + 2 * u8::from(conv.addend.is_some()));
         statistics.extend(conv.statistics.iter().map(|statistic| statistic.number));
     }
     let has_deviation = statistics.iter().any(|number| matches!(number, RowNumber::Deviation { .. }));
@@ -69,32 +67,16 @@ fn conv_text(network: &Network) -> String {
     let (functions, ended) = if statistics.is_empty() {
         (String::new(), "")
     } else {
-        let ended = "if ((mode & 1u) == 0u && l->statistics != 0) {\n                \
+        let ended = "if (l->statistics != 0) {\n                \
                      conv_statistics(l, arena + l->to / 4u, arena, filter);\n                \
                      if (next != filter) {\n                    \
-                     conv_statistics(l, arena + l->to / 4u + positions, arena, next);\n                }\n            }";
+                     conv_statistics(l, arena + l->to / 4u + l->positions, arena, next);\n                }\n            }";
         (include_str!("c/statistics.c").replace("            DEVIATION\n", &indented(deviation)), ended)
-    };
-    let calls: Vec<String> = modes
-        .iter()
-        .map(|mode| {
-            let [bytes, addend] = [mode & 1, mode >> 1];
-            format!(
-                "if (l->makes_bytes == {bytes}u && l->has_addend == {addend}u) {{\n        \
-                 conv_as(l, arena, {mode}u);\n    }}"
-            )
-        })
-        .collect();
-    let calls = if let [mode] = modes.iter().collect::<Vec<_>>()[..] {
-        format!("conv_as(l, arena, {mode}u);")
-    } else {
-        calls.join(" else ")
     };
     include_str!("c/conv.c")
         .replace("DOTS\n", include_str!("c/dots.c"))
         .replace("STATISTICS\n", &functions)
         .replace("            CONV_ENDED\n", &indented(ended))
-        .replace("MODES", &calls)
 }
 
 /// Returns lines in a loop of a loop; nothing of nothing.
@@ -273,9 +255,13 @@ impl Source {
         let added = layer.from.get(1).map_or((0, 0), |row| (offset(row, arena), row.pitch));
         let whole = Whole::new(conv);
         let multipliers = self.multipliers(number, whole.as_ref());
+        let then = conv.then.map_or("0".into(), |Then { factor, shift, ending }| {
+            let Ending { zero, low, high } = ending;
+            self.floats(number, "then", &[factor, shift, zero, low, high])
+        });
         let statistics = self.statistics(number, conv, arena);
         let fields = format!(
-            "weight_{number}, start_{number}, factor_{number}, {multipliers}, {statistics},\n    \
+            "weight_{number}, start_{number}, factor_{number}, {multipliers}, {then}, {statistics},\n    \
              {}, {}, {}, {}, {}, {}, {},\n    {}, {}, {}, {}, {}, {}, {}, {}, {}, {}",
             float(zero),
             float(factor),
@@ -306,7 +292,7 @@ impl Source {
                 u8::from(to.scale.is_some())
             ),
         );
-        self.described(number, layer, Kernel::Conv, "conv", &fields, 84);
+        self.described(number, layer, Kernel::Conv, "conv", &fields, 88);
     }
 
     /// Adds the multipliers of whole numbers, for processors that use them; their name comes back.

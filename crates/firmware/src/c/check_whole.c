@@ -7,8 +7,9 @@ static void check_all_sums(const conv_layer *layer, uint32_t filter, int32_t rea
     for (i = 0; i < (layer->makes_bytes == 0u ? 0u : (has_addend != 0u ? 4u : 1u)); i++) {
         int32_t sum;
         for (sum = -reach; sum <= reach; sum++) {
-            const float value = conv_value(layer, layer->factor[filter], sum, addends[i], has_addend);
-            const int8_t byte = byte_of(value, layer->zero, layer->low, layer->high);
+            const conv_ending e = conv_ending_of(layer, filter);
+            const int8_t byte = layer->then != 0 ? conv_then_of(e, layer->then, sum, addends[i], has_addend)
+                                                : conv_byte_of(e, sum, addends[i], has_addend);
             different += conv_byte(layer, filter, sum, addends[i]) != byte ? 1u : 0u;
         }
     }

@@ -3,6 +3,7 @@ typedef struct {
     const int32_t *start;
     const float *factor;
     const int32_t *multiplier; /* of sums as whole numbers; 0 without */
+    const float *then;         /* how floats become bytes at once: factor, shift, zero, bounds; 0 where they do not */
     const void *statistics;    /* what becomes of each filter's row of floats; 0 where all are stored */
     float addend_zero, addend_factor, zero, low, high;
     int32_t addend_multiplier, base; /* base: zeros and a half */
@@ -11,116 +12,174 @@ typedef struct {
     uint8_t shift, fraction, has_addend, makes_bytes;
 } conv_layer;
 
-/* What a sum means, in steps of the output. */
-INLINE float conv_value(const conv_layer *l, float factor, int32_t sum, int32_t addend, uint32_t has_addend)
+/* What becomes of the sums of one filter. */
+typedef struct {
+    float factor, addend_zero, addend_factor, zero, low, high;
+} conv_ending;
+
+INLINE conv_ending conv_ending_of(const conv_layer *l, uint32_t filter)
 {
-    float value = times((float)sum, factor);
+    conv_ending e;
+    e.factor = l->factor[filter];
+    e.addend_zero = l->addend_zero;
+    e.addend_factor = l->addend_factor;
+    e.zero = l->zero;
+    e.low = l->low;
+    e.high = l->high;
+    return e;
+}
+
+/* What a sum means, in steps of the output. */
+INLINE float conv_value(conv_ending e, int32_t sum, int32_t addend, uint32_t has_addend)
+{
+    float value = times((float)sum, e.factor);
     if (has_addend != 0u) {
-        const float apart = less((float)(addend + 128), l->addend_zero);
-        value = plus(value, times(apart, l->addend_factor));
+        value = plus(value, times(less((float)(addend + 128), e.addend_zero), e.addend_factor));
     }
     return value;
 }
 
-INLINE int8_t conv_byte_of(const conv_layer *l, uint32_t filter, float factor, float zero, int32_t sum, int32_t addend,
-                           uint32_t has_addend)
+INLINE float conv_float_of(conv_ending e, int32_t sum, int32_t addend, uint32_t has_addend)
 {
-#ifdef WHOLE_ENDINGS
-    /* The same in whole numbers, but where the value is so near a half that rounding could decide otherwise. */
-    if (l->multiplier != 0) {
-        const uint32_t fraction = l->fraction, one = 1u << fraction, margin = 1u << (fraction - 11u);
-        int32_t steps = (int32_t)(((int64_t)sum * l->multiplier[filter]) >> l->shift) + l->base;
-        if (has_addend != 0u) {
-            steps += addend * l->addend_multiplier;
-        }
-        if (((uint32_t)steps & (one - 1u)) - margin < one - 2u * margin) {
-            int32_t byte = steps >> fraction;
-            byte = byte > 0 ? byte : 0;
-            byte = byte < 255 ? byte : 255;
-            return (int8_t)(byte - 128);
-        }
-    }
-#else
-    (void)filter;
-#endif
-    return byte_of(conv_value(l, factor, sum, addend, has_addend), zero, l->low, l->high);
+    return ended(conv_value(e, sum, addend, has_addend), e.zero, e.low, e.high);
 }
+
+INLINE int8_t conv_byte_of(conv_ending e, int32_t sum, int32_t addend, uint32_t has_addend)
+{
+    return byte_of(conv_value(e, sum, addend, has_addend), e.zero, e.low, e.high);
+}
+
+INLINE int8_t conv_then_of(conv_ending e, const float *then, int32_t sum, int32_t addend, uint32_t has_addend)
+{
+    const float value = conv_float_of(e, sum, addend, has_addend);
+    return byte_of(plus(times(value, then[0]), then[1]), then[2], then[3], then[4]);
+}
+
+#ifdef WHOLE_ENDINGS
+/* The byte in whole numbers, or -1 where the value is so near a half that rounding could decide otherwise. */
+INLINE int32_t conv_whole_of(const conv_layer *l, int32_t multiplier, int32_t sum, int32_t addend)
+{
+    const uint32_t fraction = l->fraction, one = 1u << fraction, margin = 1u << (fraction - 11u);
+    const int32_t steps =
+        (int32_t)(((int64_t)sum * multiplier) >> l->shift) + l->base + addend * l->addend_multiplier;
+    int32_t byte = steps >> fraction;
+    if (((uint32_t)steps & (one - 1u)) - margin >= one - 2u * margin) {
+        return -1;
+    }
+    byte = byte > 0 ? byte : 0;
+    return byte < 255 ? byte : 255;
+}
+#endif
 
 static inline int8_t conv_byte(const conv_layer *l, uint32_t filter, int32_t sum, int32_t addend)
 {
-    return conv_byte_of(l, filter, l->factor[filter], l->zero, sum, addend, l->has_addend);
+    const conv_ending e = conv_ending_of(l, filter);
+#ifdef WHOLE_ENDINGS
+    if (l->multiplier != 0) {
+        const int32_t byte = conv_whole_of(l, l->multiplier[filter], sum, addend);
+        if (byte >= 0) {
+            return (int8_t)(byte - 128);
+        }
+    }
+#endif
+    return l->then != 0 ? conv_then_of(e, l->then, sum, addend, l->has_addend)
+                        : conv_byte_of(e, sum, addend, l->has_addend);
 }
 
 static inline float conv_float(const conv_layer *l, uint32_t filter, int32_t sum, int32_t addend)
 {
-    return ended(conv_value(l, l->factor[filter], sum, addend, l->has_addend), l->zero, l->low, l->high);
+    return conv_float_of(conv_ending_of(l, filter), sum, addend, l->has_addend);
 }
 
 DOTS
 
 STATISTICS
-/* Computes all outputs; modes: 1 for bytes, 2 with an addend. */
-INLINE void conv_as(const conv_layer *l, float *arena, uint32_t mode)
+/* Stores the sums of one filter at some positions. */
+static void conv_store(const conv_layer *l, float *arena, uint32_t filter, uint32_t row, uint32_t first,
+                       const int32_t *sums, uint32_t count)
 {
-    const int8_t *bytes = (const int8_t *)arena;
-    int8_t *to = (int8_t *)arena + l->to;
+    const uint32_t place = l->statistics != 0 ? row * l->positions : filter;
+    const uint32_t at = first * l->to_pitch + place, pitch = l->to_pitch;
+    int8_t *to = (int8_t *)arena + l->to + at;
+    const int8_t *addend = (const int8_t *)arena + l->addend + first * l->addend_pitch + filter;
+    const uint32_t addend_pitch = l->addend_pitch;
+    const int32_t *end = sums + count;
+    const conv_ending e = conv_ending_of(l, filter);
+    if (l->makes_bytes == 0u) {
+        float *floats = arena + l->to / 4u + at;
+        for (; sums < end; sums++) {
+            *floats = conv_float_of(e, *sums, l->has_addend != 0u ? *addend : 0, l->has_addend);
+            floats += pitch;
+            addend += addend_pitch;
+        }
+        return;
+    }
+#ifdef WHOLE_ENDINGS
+    if (l->multiplier != 0) {
+        for (; sums < end; sums++) {
+            const int32_t added = l->has_addend != 0u ? *addend : 0;
+            const int32_t byte = conv_whole_of(l, l->multiplier[filter], *sums, added);
+            *to = byte >= 0 ? (int8_t)(byte - 128) : conv_byte(l, filter, *sums, added);
+            to += pitch;
+            addend += addend_pitch;
+        }
+        return;
+    }
+#endif
+    if (l->then != 0 || l->has_addend != 0u) {
+        for (; sums < end; sums++) {
+            const int32_t added = l->has_addend != 0u ? *addend : 0;
+            *to = l->then != 0 ? conv_then_of(e, l->then, *sums, added, l->has_addend)
+                               : conv_byte_of(e, *sums, added, 1u);
+            to += pitch;
+            addend += addend_pitch;
+        }
+        return;
+    }
+    for (; sums < end; sums++) {
+        *to = conv_byte_of(e, *sums, 0, 0u);
+        to += pitch;
+    }
+}
+
+/* Positions whose sums are computed before they are stored. */
+#define CHUNK 16u
+
+static void conv(const conv_layer *l, float *arena)
+{
+    const int8_t *bytes = (const int8_t *)arena + l->from;
     const uint32_t each = (uint32_t)l->filters / l->groups;
-    const uint32_t row = (uint32_t)l->segments * l->fours * 4u;
-    const uint32_t step = l->step, positions = l->positions, to_pitch = l->to_pitch, addend_pitch = l->addend_pitch;
-    const float zero = l->zero;
-    uint32_t first;
+    const uint32_t length = (uint32_t)l->segments * l->fours * 4u;
+    uint32_t first, filter, position;
     for (first = 0; first < l->filters; first += each) {
-        const int8_t *from = bytes + l->from + first / each * l->channels;
-        const uint32_t end = first + each;
-        uint32_t filter;
-        for (filter = first; filter < end; filter += 2u) {
-            const uint32_t next = filter + 1u < end ? filter + 1u : filter;
-            const int8_t *w = l->weight + filter * row;
-            const int8_t *v = l->weight + next * row;
-            const int8_t *x = from;
-            const int8_t *addend = bytes + l->addend;
-            const float factor = l->factor[filter], other = l->factor[next];
-            /* Where both filters' values go, and those of the next position. */
-            uint32_t here = l->statistics != 0 ? 0u : filter;
-            uint32_t there = l->statistics != 0 ? positions : next;
-            uint32_t position;
-            for (position = 0; position < positions; position += 2u) {
-                const uint32_t has_second = position + 1u < positions;
-                int32_t sums[4];
+        for (filter = first; filter < first + each; filter += 2u) {
+            const uint32_t next = filter + 1u < first + each ? filter + 1u : filter;
+            const int8_t *w = l->weight + filter * length;
+            const int8_t *v = l->weight + next * length;
+            const int8_t *x = bytes + first / each * l->channels;
+            for (position = 0; position < l->positions; position += CHUNK) {
+                int32_t sums[2][CHUNK];
+                const uint32_t left = l->positions - position;
+                const uint32_t count = left < CHUNK ? left : CHUNK;
                 uint32_t i;
-                sums[0] = l->start[filter];
-                sums[1] = l->start[next];
-                if (has_second != 0u) {
-                    sums[2] = sums[0];
-                    sums[3] = sums[1];
-                    dot_2x2(l, x, x + step, w, v, sums);
-                } else {
-                    dot_1x2(l, x, w, v, sums);
+                for (i = 0; i + 1u < count; i += 2u) {
+                    sums[0][i] = l->start[filter];
+                    sums[1][i] = l->start[next];
+                    dot_2x2(l, x, x + l->step, w, v, &sums[0][i], &sums[1][i]);
+                    x += 2u * (uint32_t)l->step;
                 }
-                for (i = 0; i <= 2u * has_second; i += 2u) {
-                    const int32_t a = (mode & 2u) != 0u ? addend[filter] : 0;
-                    const int32_t b = (mode & 2u) != 0u ? addend[next] : 0;
-                    if ((mode & 1u) != 0u) {
-                        to[here] = conv_byte_of(l, filter, factor, zero, sums[i], a, mode & 2u);
-                        to[there] = conv_byte_of(l, next, other, zero, sums[i + 1u], b, mode & 2u);
-                    } else {
-                        float *floats = arena + l->to / 4u;
-                        const float low = l->low, high = l->high;
-                        floats[here] = ended(conv_value(l, factor, sums[i], a, mode & 2u), zero, low, high);
-                        floats[there] = ended(conv_value(l, other, sums[i + 1u], b, mode & 2u), zero, low, high);
-                    }
-                    here += to_pitch;
-                    there += to_pitch;
-                    addend += addend_pitch;
+                if (i < count) {
+                    sums[0][i] = l->start[filter];
+                    sums[1][i] = l->start[next];
+                    dot_1x2(l, x, w, v, &sums[0][i], &sums[1][i]);
+                    x += l->step;
                 }
-                x += 2u * step;
+                conv_store(l, arena, filter, 0u, position, sums[0], count);
+                if (next != filter) {
+                    conv_store(l, arena, next, 1u, position, sums[1], count);
+                }
             }
             CONV_ENDED
         }
     }
-}
-
-static void conv(const conv_layer *l, float *arena)
-{
-    MODES
 }

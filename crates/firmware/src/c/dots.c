@@ -30,9 +30,9 @@ static inline int32_t dot_pair(uint32_t a, uint32_t b, int32_t sum)
 }
 
 static inline void dot_2x2(const conv_layer *l, const int8_t *x, const int8_t *y, const int8_t *w, const int8_t *v,
-                           int32_t sums[4])
+                           int32_t *of_w, int32_t *of_v)
 {
-    int32_t s0 = sums[0], s1 = sums[1], s2 = sums[2], s3 = sums[3];
+    int32_t s0 = *of_w, s1 = *of_v, s2 = s0, s3 = s1;
     const uint32_t gap = (uint32_t)l->apart - 4u * (uint32_t)l->fours;
     uint32_t segment = l->segments;
     do {
@@ -58,15 +58,16 @@ static inline void dot_2x2(const conv_layer *l, const int8_t *x, const int8_t *y
         y += gap;
         segment--;
     } while (segment != 0u);
-    sums[0] = s0;
-    sums[1] = s1;
-    sums[2] = s2;
-    sums[3] = s3;
+    of_w[0] = s0;
+    of_v[0] = s1;
+    of_w[1] = s2;
+    of_v[1] = s3;
 }
 
-static inline void dot_1x2(const conv_layer *l, const int8_t *x, const int8_t *w, const int8_t *v, int32_t sums[2])
+static inline void dot_1x2(const conv_layer *l, const int8_t *x, const int8_t *w, const int8_t *v, int32_t *of_w,
+                           int32_t *of_v)
 {
-    int32_t s0 = sums[0], s1 = sums[1];
+    int32_t s0 = *of_w, s1 = *of_v;
     const uint32_t gap = (uint32_t)l->apart - 4u * (uint32_t)l->fours;
     uint32_t segment = l->segments;
     do {
@@ -85,42 +86,51 @@ static inline void dot_1x2(const conv_layer *l, const int8_t *x, const int8_t *w
         x += gap;
         segment--;
     } while (segment != 0u);
-    sums[0] = s0;
-    sums[1] = s1;
+    *of_w = s0;
+    *of_v = s1;
 }
 
 #else
 
+/* One input of both positions times one weight of both filters. */
+#define STEP(k)                                                   \
+    {                                                             \
+        const int32_t a = x[k], b = y[k], c = w[k], d = v[k];     \
+        s0 += a * c;                                              \
+        s1 += a * d;                                              \
+        s2 += b * c;                                              \
+        s3 += b * d;                                              \
+    }
+
 static inline void dot_2x2(const conv_layer *l, const int8_t *x, const int8_t *y, const int8_t *w, const int8_t *v,
-                           int32_t sums[4])
+                           int32_t *of_w, int32_t *of_v)
 {
-    int32_t s0 = sums[0], s1 = sums[1], s2 = sums[2], s3 = sums[3];
+    int32_t s0 = *of_w, s1 = *of_v, s2 = s0, s3 = s1;
     const uint32_t length = 4u * (uint32_t)l->fours;
     uint32_t segment;
     for (segment = 0; segment < l->segments; segment++) {
         uint32_t k;
-        for (k = 0; k < length; k += 2u) {
-            const int32_t a = x[k], b = y[k], c = w[k], d = v[k];
-            const int32_t a1 = x[k + 1u], b1 = y[k + 1u], c1 = w[k + 1u], d1 = v[k + 1u];
-            s0 += a * c + a1 * c1;
-            s1 += a * d + a1 * d1;
-            s2 += b * c + b1 * c1;
-            s3 += b * d + b1 * d1;
+        for (k = 0; k < length; k += 4u) {
+            STEP(k)
+            STEP(k + 1u)
+            STEP(k + 2u)
+            STEP(k + 3u)
         }
         x += l->apart;
         y += l->apart;
         w += length;
         v += length;
     }
-    sums[0] = s0;
-    sums[1] = s1;
-    sums[2] = s2;
-    sums[3] = s3;
+    of_w[0] = s0;
+    of_v[0] = s1;
+    of_w[1] = s2;
+    of_v[1] = s3;
 }
 
-static inline void dot_1x2(const conv_layer *l, const int8_t *x, const int8_t *w, const int8_t *v, int32_t sums[2])
+static inline void dot_1x2(const conv_layer *l, const int8_t *x, const int8_t *w, const int8_t *v, int32_t *of_w,
+                           int32_t *of_v)
 {
-    int32_t s0 = sums[0], s1 = sums[1];
+    int32_t s0 = *of_w, s1 = *of_v;
     const uint32_t length = 4u * (uint32_t)l->fours;
     uint32_t segment;
     for (segment = 0; segment < l->segments; segment++) {
@@ -134,8 +144,8 @@ static inline void dot_1x2(const conv_layer *l, const int8_t *x, const int8_t *w
         w += length;
         v += length;
     }
-    sums[0] = s0;
-    sums[1] = s1;
+    *of_w = s0;
+    *of_v = s1;
 }
 
 #endif
