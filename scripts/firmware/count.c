@@ -12,6 +12,7 @@ static float row[CLASSES];
 
 #if defined(__riscv)
 #define MASK 0xFFFFFFFFu
+#define MOVE "mv"
 static uint32_t now(void)
 {
     uint32_t count;
@@ -21,21 +22,23 @@ static uint32_t now(void)
 #else
 /* SysTick counts 24 bits. */
 #define MASK 0xFFFFFFu
+#define MOVE "mov"
 #define SYSTICK ((volatile uint32_t *)0xE000E010u)
 static uint32_t now(void) { return 0xFFFFFFu - SYSTICK[2]; }
 #endif
 
 static uint32_t used_stack(void)
 {
-    /* Painted below this frame, then looked at. */
-    volatile uint8_t *below = (volatile uint8_t *)__builtin_frame_address(0) - 64;
+    /* Painted below the stack pointer, then looked at. */
+    volatile uint8_t *below;
     uint32_t i, used = 0;
-    for (i = 0; i < 2048u; i++) {
+    __asm__ volatile(MOVE " %0, sp" : "=r"(below));
+    for (i = 1; i < 2048u; i++) {
         below[-(int32_t)i] = 0xA5u;
     }
     (void)CALL(NAME)(sample, row);
-    for (i = 0; i < 2048u; i++) {
-        used = below[-(int32_t)i] != 0xA5u ? i + 64u : used;
+    for (i = 1; i < 2048u; i++) {
+        used = below[-(int32_t)i] != 0xA5u ? i : used;
     }
     return used;
 }

@@ -10,7 +10,9 @@ pub(crate) const TOGETHER: usize = 2;
 /// Joins such convolutions with the layers that read them.
 pub(crate) fn fuse(mut network: Network) -> Network {
     for at in 0..network.layers.len() {
-        let Some((then, to)) = network.layers.get(at).and_then(|layer| then(&network, layer)) else { continue };
+        let Some((then, to)) = network.layers.get(at).and_then(|layer| then(&network, layer)) else {
+            continue;
+        };
         network.layers.remove(at + 1);
         network.layers[at].to = to;
         if let Work::Conv(conv) = &mut network.layers[at].work {
@@ -18,7 +20,9 @@ pub(crate) fn fuse(mut network: Network) -> Network {
         }
     }
     for at in 0..network.layers.len() {
-        let Some(statistics) = network.layers.get(at).and_then(|layer| statistics(&network, layer)) else { continue };
+        let Some(statistics) = network.layers.get(at).and_then(|layer| statistics(&network, layer)) else {
+            continue;
+        };
         let to = network.layers[at].to;
         network.layers.retain(|layer| !layer.from.iter().any(|row| row.memory == to.memory));
         network.memories[to.memory] = Memory { len: TOGETHER * to.positions, margins: [0; 2], zero: None };

@@ -324,7 +324,8 @@ impl Source {
         let rows: Vec<String> = conv.statistics.iter().map(one).collect();
         self.table_bytes += 16 * rows.len() + 8;
         self.tables += &table("statistic", &format!("numbers_{number}"), &rows);
-        let list = format!("static const statistic_list list_{number} = {{numbers_{number}, {}}};\n", rows.len());
+        let list =
+            format!("static const statistic_list list_{number} = {{numbers_{number}, {}}};\n", rows.len());
         self.tables += &list;
         format!("&list_{number}")
     }

@@ -35,7 +35,8 @@ impl Whole {
         let bound = f64::from(conv.reach) * f64::from(largest) + 260.0 * added + 257.0;
         let fraction = (31 - bound.log2().ceil() as i64).min(i64::from(MOST)) as u32;
         let is_full = (conv.ending.low, conv.ending.high) == (0.0, 255.0);
-        let fits = is_full && conv.then.is_none() && least > 0.0 && bound.is_finite() && bound < 2f64.powi(14);
+        let fits =
+            is_full && conv.then.is_none() && least > 0.0 && bound.is_finite() && bound < 2f64.powi(14);
         if !fits || fraction < LEAST[usize::from(conv.addend.is_some())] {
             return None;
         }

@@ -150,7 +150,8 @@ fn check(compiler: &str, flags: &[&str], folder: &Path) -> Result<(), String> {
 fn same_bits(compiler: &str, cases: &[(&str, Scaling, Option<f64>)], flags: &[&[&str]]) {
     for (name, scaling, temperature) in cases {
         let home = tempfile::tempdir().unwrap();
-        let folder = std::env::var("TAXEL_FIRMWARE").map_or(home.path().join("firmware"), |kept| Path::new(&kept).join(name));
+        let folder = std::env::var("TAXEL_FIRMWARE")
+            .map_or(home.path().join("firmware"), |kept| Path::new(&kept).join(name));
         Case::new(name, scaling.clone(), *temperature).export(name, &folder);
         for flags in flags {
             check(compiler, flags, &folder).unwrap_or_else(|reason| panic!("{name} {scaling:?}: {reason}"));

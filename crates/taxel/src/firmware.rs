@@ -71,7 +71,9 @@ pub fn export_c(model: &Model, folder: &Path, name: Option<&str>) -> Result<Expo
 fn exportable(card: &Card) -> Result<Exportable<'_>> {
     let refuse = |reason: String| Err(Error::Export { model: card.name.clone(), reason });
     let ModelKind::Network { graph, loss, .. } = &card.kind else {
-        return refuse("is a baseline; only networks become C: `taxel choose` names the smallest that suffices".into());
+        return refuse(
+            "is a baseline; only networks become C: `taxel choose` names the smallest that suffices".into(),
+        );
     };
     let Some(quantized) = &card.quantized else {
         let bytes = size_of::<f32>() * graph.parameter_count();
@@ -82,14 +84,18 @@ fn exportable(card: &Card) -> Result<Exportable<'_>> {
         ));
     };
     let (Task::Classes(classes), Loss::SoftmaxCrossEntropy) = (&card.task, loss) else {
-        return refuse("predicts something other than one class by a softmax, which C does not have yet".into());
+        return refuse(
+            "predicts something other than one class by a softmax, which C does not have yet".into(),
+        );
     };
     let [input] = &card.inputs[..] else {
         return refuse(format!("has {} inputs; C reads one", card.inputs.len()));
     };
     let (Transform::Signal(scaling), [_] | [_, _]) = (&input.transform, &card.spec.shape[..]) else {
         let words = crate::export::words(&input.transform);
-        return refuse(format!("reads {words}; C scales series (raw, full-scale or z-score) and has no other encoding yet"));
+        return refuse(format!(
+            "reads {words}; C scales series (raw, full-scale or z-score) and has no other encoding yet"
+        ));
     };
     let sample = match card.spec.shape[..] {
         [channels, steps] => [channels, steps],
@@ -119,7 +125,8 @@ fn expected(model: &Model, samples: &Samples) -> Result<Expected> {
     let card = model.card();
     let shape = [&[samples.count], &card.spec.shape[..]].concat();
     let refuse = |reason: String| Error::Export { model: card.name.clone(), reason };
-    let x = ArrayD::from_shape_vec(IxDyn(&shape), samples.values()).map_err(|error| refuse(error.to_string()))?;
+    let x =
+        ArrayD::from_shape_vec(IxDyn(&shape), samples.values()).map_err(|error| refuse(error.to_string()))?;
     let predictor = model.predictor(1, 1)?.guarded(None)?;
     let logits = predictor.logits(&x)?;
     let probabilities = predictor.finished(logits.clone());
@@ -129,13 +136,17 @@ fn expected(model: &Model, samples: &Samples) -> Result<Expected> {
 fn remarks(card: &Card) -> Vec<String> {
     let mut remarks = vec![];
     if card.guard.is_some() {
-        remarks.push("The model's guard is not in the C: broken channels reach the network as they are.".into());
+        remarks
+            .push("The model's guard is not in the C: broken channels reach the network as they are.".into());
     }
     if card.certainty.as_ref().is_some_and(|certainty| certainty.seen.is_some()) {
         remarks.push("The model's gate is not in the C: it does not say whether a sample is like those of the training.".into());
     }
     if card.spec.length.is_some() || card.spec.tare.is_some() {
-        remarks.push("A sample has to be cut to its length, and resting values taken off, before it is predicted.".into());
+        remarks.push(
+            "A sample has to be cut to its length, and resting values taken off, before it is predicted."
+                .into(),
+        );
     }
     remarks
 }
