@@ -112,97 +112,76 @@ impl Source {
     }
 
     fn layer(&mut self, number: usize, layer: &Layer, arena: &Arena) {
-        let place = |row: &Row| offset(row, arena);
-        let to = &layer.to;
         match &layer.work {
             Work::Stage(_) => {}
             Work::Conv(conv) => self.conv(number, layer, conv, arena),
             Work::Depthwise(conv) => self.depthwise(number, layer, conv, arena),
             Work::Map { factors, shifts, ending } => {
-                let tables = [self.floats(number, "factor", factors), self.floats(number, "shift", shifts)];
-                let from = &layer.from[0];
-                let fields = format!(
-                    "{}, {}, {}, {}, {}, {}, {}, {}, {}, {}",
-                    tables.join(", "),
-                    end(ending),
-                    place(from),
-                    place(to),
-                    to.channels,
-                    to.positions,
-                    from.pitch,
-                    to.pitch,
-                    u8::from(from.scale.is_some()),
-                    u8::from(to.scale.is_some())
-                );
-                self.described(number, layer, Kernel::Map, "map", &fields, 40);
+                self.map(number, layer, [factors, shifts], ending, arena)
             }
             Work::Copy => self.copy(layer, arena),
             Work::Add { factors, shift, ending } => {
-                let [a, b] = [&layer.from[0], &layer.from[1]];
                 let numbers = [factors[0], factors[1], *shift].map(float).join(", ");
-                let fields = format!(
-                    "{numbers}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}",
-                    end(ending),
-                    place(a),
-                    place(b),
-                    place(to),
-                    to.channels,
-                    to.positions,
-                    a.pitch,
-                    b.pitch,
-                    to.pitch,
-                    u8::from(to.scale.is_some())
-                );
+                let (before, makes) =
+                    (format!("{numbers}, {}", end(ending)), u8::from(layer.to.scale.is_some()));
+                let fields = format!("{before}, {}, {makes}", pair(layer, arena));
                 self.described(number, layer, Kernel::Add, "add", &fields, 48);
             }
             Work::AddFloats(ending) => {
-                let [a, b] = [&layer.from[0], &layer.from[1]];
-                let fields = format!(
-                    "{}, {}, {}, {}, {}, {}, {}, {}, {}, {}",
-                    float(ending.low),
-                    float(ending.high),
-                    place(a),
-                    place(b),
-                    place(to),
-                    to.channels,
-                    to.positions,
-                    a.pitch,
-                    b.pitch,
-                    to.pitch
-                );
+                let bounds = [ending.low, ending.high].map(float).join(", ");
+                let fields = format!("{bounds}, {}", pair(layer, arena));
                 self.described(number, layer, Kernel::AddFloats, "add_floats", &fields, 32);
             }
             Work::Most(_) | Work::Mean { .. } | Work::MeanFloats { .. } => self.pool(number, layer, arena),
             Work::Deviation { share, eps } => {
-                let from = &layer.from[0];
-                let fields = format!(
-                    "{}, {}, {}, {}, {}, {}, {}",
-                    float(*share),
-                    float(*eps),
-                    place(from),
-                    place(to),
-                    to.channels,
-                    from.positions,
-                    from.pitch
-                );
+                let (from, to) = (&layer.from[0], &layer.to);
+                let places =
+                    [offset(from, arena), offset(to, arena), to.channels, from.positions, from.pitch];
+                let fields = format!("{}, {}, {}", float(*share), float(*eps), numbers(&places));
                 self.kernels.insert(Kernel::Root);
                 self.described(number, layer, Kernel::Deviation, "deviation", &fields, 24);
             }
             Work::Shuffle(groups) => {
-                let from = &layer.from[0];
-                self.kernels.insert(Kernel::Shuffle);
-                let places = format!("{}u, {}u, {}u, {}u", place(from), from.pitch, place(to), to.pitch);
-                let sizes = format!("{}u, {groups}u, {}u", to.channels, to.positions);
-                let _ = writeln!(self.calls, "    shuffle(arena, {places}, {sizes});");
+                let (from, to) = (&layer.from[0], &layer.to);
+                let places = [offset(from, arena), from.pitch, offset(to, arena), to.pitch];
+                self.moved(
+                    Kernel::Shuffle,
+                    "shuffle",
+                    &[&places[..], &[to.channels, *groups, to.positions]].concat(),
+                );
             }
             Work::Flatten => {
-                let from = &layer.from[0];
-                self.kernels.insert(Kernel::Flatten);
-                let places = format!("{}u, {}u, {}u", place(from), from.pitch, place(to));
-                let sizes = format!("{}u, {}u", from.channels, from.positions);
-                let _ = writeln!(self.calls, "    flatten(arena, {places}, {sizes});");
+                let (from, to) = (&layer.from[0], &layer.to);
+                let places =
+                    [offset(from, arena), from.pitch, offset(to, arena), from.channels, from.positions];
+                self.moved(Kernel::Flatten, "flatten", &places);
             }
         }
+    }
+
+    /// Adds the call of a kernel that has no description.
+    fn moved(&mut self, kernel: Kernel, name: &str, places: &[usize]) {
+        self.kernels.insert(kernel);
+        let places: Vec<String> = places.iter().map(|place| format!("{place}u")).collect();
+        let _ = writeln!(self.calls, "    {name}(arena, {});", places.join(", "));
+    }
+
+    fn map(
+        &mut self,
+        number: usize,
+        layer: &Layer,
+        [factors, shifts]: [&[f32]; 2],
+        ending: &Ending,
+        arena: &Arena,
+    ) {
+        let tables =
+            [self.floats(number, "factor", factors), self.floats(number, "shift", shifts)].join(", ");
+        let (from, to) = (&layer.from[0], &layer.to);
+        let places =
+            [offset(from, arena), offset(to, arena), to.channels, to.positions, from.pitch, to.pitch];
+        let kinds = [from, to].map(|row| usize::from(row.scale.is_some()));
+        let fields = format!("{tables}, {}, {}, {}", end(ending), numbers(&places), numbers(&kinds));
+        self.described(number, layer, Kernel::Map, "map", &fields, 40);
     }
 
     /// Adds the description of a layer, of about so many bytes, and its call.
@@ -352,15 +331,8 @@ impl Source {
     fn copy(&mut self, layer: &Layer, arena: &Arena) {
         let (from, to) = (&layer.from[0], &layer.to);
         let each = element(to);
-        self.kernels.insert(Kernel::Copy);
         let places = [offset(from, arena), from.pitch * each, offset(to, arena), to.pitch * each];
-        let [from, from_pitch, to, to_pitch] = places;
-        let width = layer.to.channels * each;
-        let _ = writeln!(
-            self.calls,
-            "    copy(arena, {from}u, {from_pitch}u, {to}u, {to_pitch}u, {width}u, {}u);",
-            layer.to.positions
-        );
+        self.moved(Kernel::Copy, "copy", &[&places[..], &[to.channels * each, to.positions]].concat());
     }
 
     fn pool(&mut self, number: usize, layer: &Layer, arena: &Arena) {
@@ -399,6 +371,18 @@ impl Source {
         );
         self.described(number, layer, kernel, name, &fields, 44);
     }
+}
+
+/// Writes numbers in a row.
+fn numbers(values: &[usize]) -> String {
+    values.iter().map(usize::to_string).collect::<Vec<_>>().join(", ")
+}
+
+/// Writes the places of two addends and of their sum.
+fn pair(layer: &Layer, arena: &Arena) -> String {
+    let [a, b, to] = [&layer.from[0], &layer.from[1], &layer.to];
+    let places = [offset(a, arena), offset(b, arena), offset(to, arena)];
+    numbers(&[&places[..], &[to.channels, to.positions, a.pitch, b.pitch, to.pitch]].concat())
 }
 
 /// Returns zero and bounds of an ending.
