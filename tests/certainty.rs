@@ -152,6 +152,38 @@ fn onnx_has_the_temperature_and_is_read_back_without_it() {
     assert_eq!(output.status.code(), Some(0), "{said}");
 }
 
+#[test]
+fn c_has_the_bits_of_a_calibrated_model_in_eight_bits() {
+    let ran = Ran::new();
+    let (model, new) = (ran.fit("mlp", "mlp.safetensors", &[]), ran.presses("own.npz", "7"));
+    let (small, folder) = (ran.path("small.safetensors"), ran.path("firmware"));
+    let error = refused(&["export", text(&model), text(&folder), "--format", "c"]);
+    assert!(error.contains("is in 32-bit floats") && error.contains("taxel quantize"), "{error}");
+    good(&["quantize", text(&model), "--calibrate", text(&new), "--output", text(&small)]);
+    let call = ["export", text(&small), "--output", text(&folder), "--format", "c", "--name", "Two Words"];
+    let said = good(&call);
+    assert!(said.contains("functions taxel_two_words_") && said.contains("RAM: "), "{said}");
+    let source = std::fs::read(folder.join("src/taxel_two_words.c")).unwrap();
+    good(&call);
+    assert!(
+        source == std::fs::read(folder.join("src/taxel_two_words.c")).unwrap(),
+        "equal models give equal files"
+    );
+    let program = ran.path("check");
+    let compiled = std::process::Command::new("cc")
+        .args(["-std=c99", "-O2"])
+        .arg(folder.join("test/check.c"))
+        .arg("-o")
+        .arg(&program)
+        .status();
+    assert!(compiled.unwrap().success());
+    let checked = std::process::Command::new(&program).output().unwrap();
+    let said = String::from_utf8_lossy(&checked.stdout).into_owned();
+    assert!(checked.status.success() && said.starts_with("equal: 200 samples"), "{said}");
+    let error = refused(&["export", text(&small), "--output", text(&ran.path("x.onnx")), "--name", "x"]);
+    assert!(error.contains("--name belongs to --format c"), "{error}");
+}
+
 /// Writes samples that no finger has felt, of the shape of the presses.
 fn foreign(ran: &Ran, name: &str, value: impl Fn(usize) -> f32) -> PathBuf {
     let shape = [60, 5, 50];

@@ -23,11 +23,11 @@ impl Size {
     /// Returns the bytes of code.
     pub(crate) fn code(kernels: &BTreeSet<Kernel>, is_tempered: bool) -> usize {
         /// Interface, input, softmax.
-        const BASE: usize = 1600;
+        const BASE: usize = 1300;
         const TEMPER: usize = 500;
         let bytes = |kernel: &Kernel| match kernel {
             Kernel::Root => 200,
-            Kernel::Conv => 2000,
+            Kernel::Conv => 1700,
             Kernel::Depthwise => 500,
             Kernel::Map => 400,
             Kernel::Copy | Kernel::Flatten => 100,
