@@ -97,7 +97,7 @@ pub fn shares(row: &mut [f32]) {
 mod tests {
     use super::*;
 
-    /// Distance from the double-precision value in units of the last place.
+    /// Returns the distance from the double-precision value in units of the last place.
     fn units(found: f32, wanted: f64) -> f64 {
         let exponent = wanted.abs().max(f64::from(f32::MIN_POSITIVE)).log2().floor();
         (f64::from(found) - wanted).abs() / (exponent - 23.0).exp2()

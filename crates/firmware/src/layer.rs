@@ -138,7 +138,7 @@ pub(crate) struct Conv {
     /// Largest sum, whatever the bytes.
     pub reach: i32,
     pub macs: usize,
-    /// What becomes of each filter's row of floats; empty where all are stored.
+    /// Numbers that remain of each filter's row of floats; empty where all floats are stored.
     pub statistics: Vec<Statistic>,
     /// How floats become bytes at once.
     pub then: Option<Then>,

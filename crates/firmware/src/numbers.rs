@@ -95,7 +95,7 @@ mod tests {
 
     use super::*;
 
-    /// What the kernel of a convolution stores for these sums: one filter for each, whose bias it is.
+    /// Returns the bytes that the kernel of a convolution stores for these sums: one filter for each, whose bias it is.
     fn stored(bias: &[i32], unit: f32, output: ByteScale, addend: Option<(u8, ByteScale)>) -> Vec<u8> {
         let filters = bias.len();
         let window =

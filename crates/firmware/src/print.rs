@@ -70,11 +70,11 @@ impl Library<'_> {
             let (logits, classes) = (network.logits.channels, self.classes.len());
             return Err(refuse(format!("it has {logits} logits for {classes} classes")));
         }
-        let stages = network.layers.iter().filter_map(|layer| match &layer.work {
+        let mut stages = network.layers.iter().filter_map(|layer| match &layer.work {
             Work::Stage(stage) => Some(stage.clone()),
             _ => None,
         });
-        let Some(stage) = stages.last() else { return Err(refuse("it reads no sample".into())) };
+        let Some(stage) = stages.next_back() else { return Err(refuse("it reads no sample".into())) };
         let arena = Arena::new(&network.layers, &network.memories, &network.logits);
         let source = Source::new(&network, &arena);
         let size = self.measured(&network, &arena, &source, &stage);

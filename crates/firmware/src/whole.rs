@@ -21,7 +21,7 @@ pub(crate) struct Whole {
     /// Bits behind the point.
     pub fraction: u32,
     pub addend: i32,
-    /// What zeros and a half add.
+    /// The sum of zeros and a half.
     pub base: i32,
 }
 

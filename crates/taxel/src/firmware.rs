@@ -22,11 +22,11 @@ pub struct ExportedC {
     pub name: String,
     /// Memory and products of one prediction.
     pub size: Size,
-    /// What the model does and the C does not.
+    /// Abilities of the model that the C lacks.
     pub remarks: Vec<String>,
 }
 
-/// What of a card becomes C.
+/// The parts of a card that become C.
 struct Exportable<'a> {
     graph: &'a Graph,
     ranges: &'a taxel_runtime::Ranges,
