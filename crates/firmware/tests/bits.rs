@@ -144,7 +144,8 @@ fn check(compiler: &str, flags: &[&str], folder: &Path) -> Result<(), String> {
     let ran = Command::new(&program).output().map_err(|error| error.to_string())?;
     std::fs::remove_file(&program).unwrap();
     let said = String::from_utf8_lossy(&ran.stdout).into_owned();
-    if ran.status.success() { Ok(println!("{flags:?}: {said}")) } else { Err(format!("{flags:?}: {said}")) }
+    println!("{flags:?}: {said}");
+    if ran.status.success() { Ok(()) } else { Err(format!("{flags:?}: {said}")) }
 }
 
 fn same_bits(compiler: &str, cases: &[(&str, Scaling, Option<f64>)], flags: &[&[&str]]) {
