@@ -170,14 +170,14 @@ fn c_has_the_bits_of_a_calibrated_model_in_eight_bits() {
         "equal models give equal files"
     );
     let program = ran.path("check");
-    let compiled = std::process::Command::new("cc")
+    let compiled = Command::new("cc")
         .args(["-std=c99", "-O2"])
         .arg(folder.join("test/check.c"))
         .arg("-o")
         .arg(&program)
         .status();
     assert!(compiled.unwrap().success());
-    let checked = std::process::Command::new(&program).output().unwrap();
+    let checked = Command::new(&program).output().unwrap();
     let said = String::from_utf8_lossy(&checked.stdout).into_owned();
     assert!(checked.status.success() && said.starts_with("equal: 200 samples"), "{said}");
     let error = refused(&["export", text(&small), "--output", text(&ran.path("x.onnx")), "--name", "x"]);
