@@ -112,7 +112,7 @@ impl Export {
         outln!("flash: about {flash} bytes on a Cortex-M, of which {tables} are tables");
         outln!("RAM: {ram} bytes, and {ring} for the time steps of taxel_{name}_push");
         outln!("products of one prediction: {macs}");
-        remarks.iter().for_each(|remark| note(&format!("note: {remark}")));
+        remarks.iter().for_each(|remark| note(format!("note: {remark}")));
         Ok(ExitCode::SUCCESS)
     }
 
