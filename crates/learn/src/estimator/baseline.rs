@@ -16,9 +16,9 @@ use crate::metrics::Outcome;
 use crate::model::ModelKind;
 use crate::problem::{fault_problem, within};
 use crate::run::records::{Costs, FoldRecord};
-use crate::training::feed::TrainingPass;
 use crate::training::hooks::Hooks;
 use crate::training::part::{TrainingKey, pool};
+use crate::training::pass::TrainingPass;
 use crate::training::raw_changes::RawChanges;
 
 /// A baseline with its settings.

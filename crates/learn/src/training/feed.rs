@@ -1,12 +1,13 @@
 //! Batches of encoded samples for a network.
 
-use taxel_data::{Augment, Key};
+use taxel_data::Key;
 use taxel_engine::{Engine, Mode};
 use taxel_graph::Graph;
 
 use crate::encoding::{Encoded, Input};
 use crate::error::Result;
 use crate::training::feature_cache::CachedFeatures;
+use crate::training::pass::TrainingPass;
 use crate::training::raw_changes::RawChanges;
 
 /// Gathers the rows of a batch into one slice per input of the graph.
@@ -19,15 +20,6 @@ pub(crate) struct Feed<'a> {
     changes: Option<RawChanges<'a>>,
     /// The frozen part of the network, where the engine has the rest alone.
     features: Option<CachedFeatures>,
-}
-
-/// Changes to the samples of a training pass.
-#[derive(Clone, Copy)]
-pub(crate) struct TrainingPass<'p> {
-    /// Names the pass to the generator of faults.
-    pub occasion: &'p str,
-    /// Random changes of samples.
-    pub augment: Option<(&'p Augment, Key)>,
 }
 
 /// Returns the inputs that a network reads, in its order.

@@ -252,7 +252,7 @@ mod tests {
         assert!(right > 0 && right < labels.len());
     }
 
-    /// What a teacher says of the levels becomes what it says of "at least this level".
+    /// Checks that a teacher of levels tells shares of "at least this level".
     #[test]
     fn a_teacher_of_ordered_levels_tells_shares_of_higher_ones() {
         let recipe = Recipe { loss: Some(Loss::CumulativeLogits), ..Recipe::default() };

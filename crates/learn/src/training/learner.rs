@@ -15,11 +15,12 @@ use crate::metrics::{Metric, Outcome};
 use crate::model::responder::Responder;
 use crate::training::epoch::Epoch;
 use crate::training::feature_cache::{CachedFeatures, halves, is_norm, predict_alike, unchanged_nodes};
-use crate::training::feed::{Feed, TrainingPass, read_by};
+use crate::training::feed::{Feed, read_by};
 use crate::training::hooks::Hooks;
 use crate::training::objective::Objective;
 use crate::training::objective_of::objective;
 use crate::training::part::TrainingKey;
+use crate::training::pass::TrainingPass;
 use crate::training::raw_changes::RawChanges;
 use crate::training::recipe::{BatchNorm, Recipe};
 

@@ -11,6 +11,7 @@ pub(crate) mod objective;
 pub(crate) mod objective_of;
 pub(crate) mod optimizer;
 pub(crate) mod part;
+pub(crate) mod pass;
 pub(crate) mod raw_changes;
 pub(crate) mod recipe;
 pub(crate) mod schedule;

@@ -9,8 +9,8 @@ use crate::encoding::{Compiled, Input};
 use crate::error::Result;
 use crate::problem::fault_problem;
 use crate::sensor::sensor;
-use crate::training::feed::TrainingPass;
 use crate::training::part::TrainingKey;
+use crate::training::pass::TrainingPass;
 
 /// Changes the raw samples of one training, at random and by faults, and encodes them.
 pub(crate) struct RawChanges<'a> {

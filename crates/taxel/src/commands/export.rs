@@ -47,8 +47,8 @@ pub struct Export {
     /// The same without `--output`.
     #[arg(hide = true, conflicts_with = "output")]
     old_output: Option<PathBuf>,
-    /// The form of the exported model.
-    #[arg(long, value_enum, default_value = "onnx")]
+    /// How the result is written: as ONNX, or as C for microcontrollers.
+    #[arg(long, value_enum, value_name = "FORMAT", default_value = "onnx")]
     format: Format,
     /// Name of the C library; without it that of the model.
     #[arg(long)]

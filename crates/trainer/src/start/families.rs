@@ -6,7 +6,7 @@
 
 use taxel_data::{Layout, Task};
 
-/// What is tried on samples of one layout.
+/// Encoding, networks, baselines and recipe that are tried on samples of one layout.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Family {
     /// Lines of `[encoding]`.
