@@ -96,9 +96,12 @@ impl RunExperiments {
         let overrides =
             Overrides { quick: self.quick, set, data: self.data.clone(), seed: self.seed, place: None };
         // All configs are read before the first runs: a typo in the last one costs no hours.
-        let load = |path: &PathBuf| match is_config(path) {
-            true => Experiment::load(path, &overrides, &registry),
-            false => self.started(path, &registry, threads, &cancel),
+        let load = |path: &PathBuf| {
+            if is_config(path) {
+                Experiment::load(path, &overrides, &registry)
+            } else {
+                self.started(path, &registry, threads, &cancel)
+            }
         };
         let experiments = self.config.iter().map(load).collect::<Result<Vec<_>, _>>();
         let experiments = experiments.map_err(|error| with_option_hint(error, None))?;
