@@ -14,8 +14,8 @@ const FOLDS: usize = 5;
 
 /// The experiment that a data set starts with.
 ///
-/// Samples without a config get the encoding, networks, baselines and recipe that suit their layout and size, each also trained under
-/// faults, and folds that keep groups whole. [`Start::to_toml`] is the config of it, with a comment for each choice.
+/// Samples without a config get the encoding, networks, baselines and recipe that suit their layout and size, and folds that keep
+/// groups whole. Each method is fault-augmented too. [`Start::to_toml`] is the config of it, with a comment for each choice.
 ///
 /// ```
 /// use ndarray::Array3;
@@ -41,7 +41,7 @@ pub struct Start {
     /// Folds of the protocol.
     pub(super) folds: usize,
     pub(super) family: Family,
-    /// Whether each row is trained under faults too.
+    /// Whether each row has a fault-augmented twin.
     pub(super) is_hardened: bool,
     /// Samples that are trained on in a fold.
     pub(super) trained: usize,
@@ -89,7 +89,7 @@ impl Start {
     pub fn summary(&self) -> String {
         let takes =
             self.minutes.map_or(String::new(), |minutes| format!(", about {minutes:.0} min on this machine"));
-        let faults = if self.is_hardened { ", each also trained under faults" } else { "" };
+        let faults = if self.is_hardened { ", each also fault-augmented" } else { "" };
         format!(
             "{}: {} and {} baselines{faults}; {} epochs, {} folds{takes}",
             self.name,
@@ -114,7 +114,7 @@ impl Start {
         text += &format!("\n[protocol]\n{}\n", self.protocol.join("\n"));
         text += &format!("\n[train]\nepochs = {epochs}\n{}\n", recipe.join("\n"));
         if self.is_hardened {
-            text += "\n[harden]                                # each row once more, trained under faults of the sensor\n";
+            text += "\n[harden]                                # each row once more, fault-augmented\n";
         }
         for network in networks {
             text += &format!("\n[[networks]]\nname = {network:?}\n");
