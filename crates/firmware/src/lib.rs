@@ -11,7 +11,7 @@
 //! ```
 //! use taxel_encodings::Scaling;
 //! use taxel_firmware::{Expected, Library, Samples};
-//! use taxel_graph::{Scheme, Weights};
+//! use taxel_graph::{Architecture, Scheme, Weights};
 //! use taxel_reference_networks::MlpConfig;
 //! use taxel_runtime::{Blueprint, Frozen, Observer};
 //!
