@@ -29,11 +29,11 @@ impl Arena {
     /// Plans the memories of layers; what holds the logits stays until the end.
     pub fn new(layers: &[Layer], memories: &[Memory], logits: &Row) -> Self {
         let mut lifetimes = vec![];
-        for (memory, Memory { .. }) in memories.iter().enumerate() {
+        for (memory, room) in memories.iter().enumerate() {
             let uses = |layer: &Layer| layer.rows().any(|row| row.memory == memory);
             let Some(first) = layers.iter().position(uses) else { continue };
             let last = if logits.memory == memory { None } else { layers.iter().rposition(uses) };
-            let len = memories[memory].bytes().next_multiple_of(ALIGNMENT);
+            let len = room.bytes().next_multiple_of(ALIGNMENT);
             lifetimes.push(Lifetime { memory, len, first, last: last.unwrap_or(layers.len()) });
         }
         let by_size = sorted(&lifetimes, |life| (usize::MAX - life.len, life.first));

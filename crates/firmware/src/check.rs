@@ -89,6 +89,9 @@ impl Check {
         if self.checks.contains(&format!("check_{kind}(")) {
             return;
         }
+        if matches!(kind, "stage" | "map") && !self.checks.contains("float ordered(") {
+            self.checks += include_str!("c/check_ordered.c");
+        }
         let sums = include_str!("c/check_conv.c");
         let text = match kind {
             "stage" => include_str!("c/check_stage.c").to_string(),

@@ -10,6 +10,9 @@ use crate::layer::{Addend, Conv, Depthwise, Layer, Memory, Row, Span, Stage, Wor
 /// The largest count that a layer's tables hold.
 const COUNT: usize = u16::MAX as usize;
 
+/// The reason against values that C has no code for.
+const OTHER_FORM: &str = "its values are written in a way that C does not have";
+
 /// A network as layers of C.
 #[derive(Debug, Clone)]
 pub(crate) struct Network {
@@ -117,7 +120,7 @@ impl Lower<'_> {
                 return Err(format!("it is {what}; only operations of eight bits can be exported"));
             }
             PlannedOp::Deviation(_) | PlannedOp::Shuffle(_) | PlannedOp::Flatten => {
-                return Err("its values are written in a way that C does not have".into());
+                return Err(OTHER_FORM.into());
             }
         };
         self.push(id, work, from, to);
@@ -174,7 +177,7 @@ impl Lower<'_> {
         let (by_channel, by_step) = self.distances(&to)?;
         let Work::Map { mut factors, mut shifts, ending } = map(&self.inputs(id)[0], &to, affine, rectifier)
         else {
-            return Err("its values are written in a way that C does not have".into());
+            return Err(OTHER_FORM.into());
         };
         if !self.keeps_channels(id) {
             factors = vec![factors[0]; self.sample[0]];
@@ -251,7 +254,7 @@ fn pool(pooling: Pooling, reaches: &[Reach], from: &Row, to: &Row) -> Result<Wor
     let spans: Vec<Span> = reaches.iter().map(|reach| [reach.from, reach.to]).collect();
     match (pooling, from.scale) {
         (Pooling::Max, _) if from.scale == to.scale => Ok(Work::Most(spans)),
-        (Pooling::Max, _) => Err("its values are written in a way that C does not have".into()),
+        (Pooling::Max, _) => Err(OTHER_FORM.into()),
         (Pooling::Mean, Some(scale)) => {
             let one =
                 |reach: &Reach| Mean::coefficients(scale, output(to), reach.count, reach.to - reach.from);
@@ -262,7 +265,7 @@ fn pool(pooling: Pooling, reaches: &[Reach], from: &Row, to: &Row) -> Result<Wor
             let shares = reaches.iter().map(|reach| 1.0 / reach.count as f32).collect();
             Ok(Work::MeanFloats { spans, shares })
         }
-        (Pooling::Mean, None) => Err("its values are written in a way that C does not have".into()),
+        (Pooling::Mean, None) => Err(OTHER_FORM.into()),
     }
 }
 
@@ -304,15 +307,12 @@ fn convolution(conv: &PlannedConv, from: &[Row], to: &Row) -> Result<Work, Strin
         let of_group = &weight[group * kernel * channels * filters..][..kernel * channels * filters];
         let of_filter = of_group.iter().skip(inside).step_by(filters);
         let rows = &mut packed[filter * segments * fours * 4..][..segments * fours * 4];
-        let (mut sum, mut most) = (0i64, 0i64);
-        for (at, w) in of_filter.enumerate() {
+        for (at, w) in of_filter.clone().enumerate() {
             rows[at / run * fours * 4 + at % run] = *w;
-            sum += i64::from(*w);
-            most += 128 * i64::from(w.unsigned_abs());
         }
-        let begin = i64::from(bias[filter]) - (i64::from(input.zero) - 128) * sum;
-        reach = reach.max(begin.abs() + most);
-        start.push(begin as i32);
+        let (begin, most) = sums(bias[filter], input, of_filter);
+        reach = reach.max(most);
+        start.push(begin);
     }
     let addend = match from.get(1) {
         None => None,
@@ -345,6 +345,17 @@ fn convolution(conv: &PlannedConv, from: &[Row], to: &Row) -> Result<Work, Strin
     }))
 }
 
+/// Returns where the sums of a filter start, as if bytes were numbers from -128 on, and the largest one whatever the bytes.
+fn sums<'w>(bias: i32, input: ByteScale, weights: impl Iterator<Item = &'w i8>) -> (i32, i64) {
+    let (mut sum, mut most) = (0i64, 0i64);
+    for w in weights {
+        sum += i64::from(*w);
+        most += 128 * i64::from(w.unsigned_abs());
+    }
+    let begin = i64::from(bias) - (i64::from(input.zero) - 128) * sum;
+    (begin as i32, begin.abs() + most)
+}
+
 /// Returns the largest sum, which has to fit 31 bits.
 fn whole(reach: i64) -> Result<i32, String> {
     if reach < 1 << 30 {
@@ -360,11 +371,9 @@ fn depthwise(conv: &PlannedConv, from: &[Row], to: &Row) -> Result<Work, String>
     let (mut start, mut reach) = (vec![], 0i64);
     for channel in 0..to.channels {
         let of_channel = conv.weight.iter().skip(channel).step_by(to.channels);
-        let sum: i64 = of_channel.clone().map(|w| i64::from(*w)).sum();
-        let most: i64 = of_channel.map(|w| 128 * i64::from(w.unsigned_abs())).sum();
-        let begin = i64::from(conv.bias[channel]) - (i64::from(input.zero) - 128) * sum;
-        reach = reach.max(begin.abs() + most);
-        start.push(begin as i32);
+        let (begin, most) = sums(conv.bias[channel], input, of_channel);
+        reach = reach.max(most);
+        start.push(begin);
     }
     Ok(Work::Depthwise(Depthwise {
         weight: conv.weight.clone(),

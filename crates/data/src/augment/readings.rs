@@ -20,16 +20,17 @@ pub struct ReadingsChange {
 }
 
 impl ReadingsChange {
-    /// Changes readings `[channels, steps]`, row-major, in place. `rest` holds the reading of each channel without contact, or one
-    /// for all; `span` is the range of the readings.
+    /// Changes readings `[channels, steps]`, row-major, in place. `rest` holds the reading of each channel without contact, or those
+    /// that channels have in turn, such as the taxels of each frame; `span` is the range of the readings.
     ///
     /// # Panics
     ///
-    /// If there are no whole channels of `steps` readings, or rests of another number of channels.
+    /// If there are no whole channels of `steps` readings, or no whole turns of rests.
     pub fn apply(&mut self, readings: &mut [f32], steps: usize, rest: &[f32], span: f32) {
         let channels = readings.len() / steps.max(1);
         assert_eq!(readings.len(), channels * steps, "whole channels");
-        assert!(rest.len() == 1 || rest.len() == channels, "{} rests of {channels} channels", rest.len());
+        let is_whole = !rest.is_empty() && channels.is_multiple_of(rest.len());
+        assert!(is_whole, "{} rests of {channels} channels", rest.len());
         if self.duration != 1.0 || self.shift != 0.0 {
             readings.chunks_exact_mut(steps).for_each(|channel| self.move_in_time(channel));
         }
@@ -81,6 +82,13 @@ mod tests {
     fn a_gain_multiplies_what_is_above_rest() {
         let doubled = applied(change(2.0, 1.0, 0.0, 0.0));
         assert_eq!(doubled, [0.0, 2.0, 4.0, 6.0, 8.0, 10.0, 14.0, 18.0, 22.0, 26.0]);
+    }
+
+    #[test]
+    fn taxels_have_their_own_rest_in_every_frame() {
+        let mut frames = vec![1.0, 11.0, 3.0, 13.0, 5.0, 15.0];
+        change(2.0, 1.0, 0.0, 0.0).apply(&mut frames, 1, &REST, 20.0);
+        assert_eq!(frames, [2.0, 12.0, 6.0, 16.0, 10.0, 20.0]);
     }
 
     #[test]

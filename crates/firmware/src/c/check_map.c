@@ -1,14 +1,9 @@
 static const map_layer *map_now;
 static uint32_t map_channel;
 
-static float any_float(int32_t place)
-{
-    return place < 0 ? -float_of((uint32_t)-place) : float_of((uint32_t)place);
-}
-
 static int map_enough(int32_t place, int32_t byte)
 {
-    return (int32_t)map_byte(map_now, map_channel, any_float(place)) + 128 >= byte;
+    return (int32_t)map_byte(map_now, map_channel, ordered(place)) + 128 >= byte;
 }
 
 static void check_map(const char *name, const map_layer *layer, const uint32_t *wanted)

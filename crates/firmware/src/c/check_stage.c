@@ -1,11 +1,5 @@
 static uint32_t stage_channel;
 
-/* The float at a place of their order. */
-static float ordered(int32_t place)
-{
-    return place < 0 ? -float_of((uint32_t)-place) : float_of((uint32_t)place);
-}
-
 static int stage_enough(int32_t place, int32_t byte)
 {
     return (int32_t)taken(ordered(place), stage_channel) + 128 >= byte;

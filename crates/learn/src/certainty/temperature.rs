@@ -2,6 +2,8 @@
 
 use taxel_base::exponential::{exp, ln, shares};
 
+use crate::metrics::each_attribute;
+
 /// Bounds of 1/T. A nearest neighbour that is always sure needs a T of hundreds, a ridge one of a hundredth.
 const INVERSE: [f64; 2] = [1e-4, 1e4];
 /// Halvings of these bounds on a logarithmic scale: the last is below the precision of f64.
@@ -19,17 +21,11 @@ const HALVINGS: usize = 64;
 /// ```
 pub fn tempered(probabilities: &mut [f32], sizes: &[usize], temperature: f64) {
     let inverse = (1.0 / temperature) as f32;
-    let mut rest = probabilities;
-    for size in sizes.iter().cycle() {
-        if rest.len() < *size || *size == 0 {
-            return;
-        }
-        let (row, others) = rest.split_at_mut(*size);
+    each_attribute(probabilities, sizes, |row| {
         let highest = ln(row.iter().copied().fold(f32::MIN_POSITIVE, f32::max));
         row.iter_mut().for_each(|p| *p = exp((ln(p.max(f32::MIN_POSITIVE)) - highest) * inverse));
         shares(row);
-        rest = others;
-    }
+    });
 }
 
 /// Fits the temperature at which `probabilities` `[n, outputs]` have the least log loss for the labels `truth`

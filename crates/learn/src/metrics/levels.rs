@@ -17,6 +17,20 @@ pub struct Levels {
     sizes: Vec<usize>,
 }
 
+/// Calls `change` with the outputs of each attribute in turn, in rows of all attributes, whose `sizes` are their numbers of classes;
+/// with none of an attribute without classes.
+pub(crate) fn each_attribute(values: &mut [f32], sizes: &[usize], mut change: impl FnMut(&mut [f32])) {
+    let mut rest = values;
+    for size in sizes.iter().cycle() {
+        if rest.len() < *size || *size == 0 {
+            return;
+        }
+        let (row, others) = rest.split_at_mut(*size);
+        change(row);
+        rest = others;
+    }
+}
+
 /// Scores of one attribute, shares in `[0, 1]`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LevelScores {
@@ -70,39 +84,27 @@ impl Levels {
     /// [`Loss::CumulativeLogits`](taxel_graph::Loss::CumulativeLogits): of each attribute 1 up to the level, 0 above; of shares the
     /// share of this level and higher ones.
     pub fn accumulate(&self, targets: &mut [f32]) {
-        let mut rest = targets;
-        for size in self.sizes.iter().cycle() {
-            if *size == 0 || rest.len() < *size {
-                return;
-            }
-            let (row, others) = rest.split_at_mut(*size);
+        each_attribute(targets, &self.sizes, |row| {
             let mut sum = 0.0;
             for share in row.iter_mut().rev() {
                 sum += *share;
                 *share = sum;
             }
-            rest = others;
-        }
+        });
     }
 
     /// Turns outputs `[n, outputs]` of [`Loss::CumulativeLogits`](taxel_graph::Loss::CumulativeLogits) into probabilities, in
     /// place. Nothing is allocated.
     pub(crate) fn cumulative_probabilities(&self, outputs: &mut [f32]) {
-        let mut rest = outputs;
-        for size in self.sizes.iter().cycle() {
-            if *size == 0 || rest.len() < *size {
-                return;
-            }
-            let (row, others) = rest.split_at_mut(*size);
+        each_attribute(outputs, &self.sizes, |row| {
             let mut sum = 0.0;
             for logit in row.iter_mut().skip(1) {
                 sum += *logit;
                 *logit = sum;
             }
             row[0] = 0.0;
-            softmax(row, *size);
-            rest = others;
-        }
+            softmax(row, row.len());
+        });
     }
 
     /// Turns outputs `[n, outputs]` into predicted levels `[n, attributes]`.

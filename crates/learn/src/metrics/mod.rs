@@ -35,6 +35,7 @@ pub use bootstrap::{Clusters, bootstrap, central, quantile};
 pub use detections::Detections;
 pub(crate) use interval::wilson;
 pub use interval::{FEW_GROUPS, MeanEstimate, Terms, t_quantile};
+pub(crate) use levels::each_attribute;
 pub use levels::{LevelScores, Levels};
 pub use outcome::Outcome;
 pub use ranking::{average_precision, roc_area};

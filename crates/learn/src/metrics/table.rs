@@ -84,7 +84,10 @@ const fn of_levels() -> [Metric; OF_LABELS.len() + 2] {
 }
 
 const WITHIN_ONE: Metric = Metric {
-    of: |task, outcome| Ok(100.0 * mean_of_levels(task, outcome, |level| level.within_one.unwrap_or(0.0))?),
+    of: |task, outcome| {
+        let share = |_, level: &LevelScores| level.within_one.unwrap_or(0.0);
+        Ok(100.0 * mean_of_attributes(task, outcome, share)?)
+    },
     ..Metric::of_labels("within_one_level", "within one level")
 };
 
@@ -92,7 +95,7 @@ const LEVEL_ERROR: Metric = Metric {
     unit: MetricUnit::Number,
     direction: Direction::Lower,
     is_shown: false,
-    of: |task, outcome| mean_of_levels(task, outcome, |level| level.mean_absolute_error),
+    of: |task, outcome| mean_of_attributes(task, outcome, |_, level| level.mean_absolute_error),
     ..Metric::of_labels("level_error", "mean level error")
 };
 
@@ -369,31 +372,30 @@ impl Metric {
     }
 }
 
-/// Returns the mean over the attributes in %.
-fn macro_mean(task: &Task, outcome: &Outcome, score: fn(&MacroScores) -> f64) -> Result<f64> {
-    let levels = Levels::of_task(task);
-    let (truth, predicted) = outcome.labels();
-    let each = levels.scores(truth, predicted)?;
-    let of_one = |(at, attribute): (usize, &LevelScores)| {
-        score(&attribute.confusion.scores_without(outcome.untrained(at)))
-    };
-    let sum: f64 = each.iter().enumerate().map(of_one).sum();
-    Ok(100.0 * (sum / each.len().max(1) as f64))
-}
-
-/// Returns the mean over the attributes of what follows from the levels that were predicted.
-fn mean_of_levels(task: &Task, outcome: &Outcome, score: fn(&LevelScores) -> f64) -> Result<f64> {
+/// Returns the mean over the attributes of a score of each.
+fn mean_of_attributes(
+    task: &Task,
+    outcome: &Outcome,
+    score: impl Fn(usize, &LevelScores) -> f64,
+) -> Result<f64> {
     let (truth, predicted) = outcome.labels();
     let each = Levels::of_task(task).scores(truth, predicted)?;
-    Ok(mean_sd(&each.iter().map(score).collect::<Vec<_>>()).0)
+    let sum: f64 = each.iter().enumerate().map(|(at, attribute)| score(at, attribute)).sum();
+    Ok(sum / each.len().max(1) as f64)
+}
+
+/// Returns the mean over the attributes in %; of the classes that were trained.
+fn macro_mean(task: &Task, outcome: &Outcome, score: fn(&MacroScores) -> f64) -> Result<f64> {
+    let of_one = |at: usize, attribute: &LevelScores| {
+        score(&attribute.confusion.scores_without(outcome.untrained(at)))
+    };
+    Ok(100.0 * mean_of_attributes(task, outcome, of_one)?)
 }
 
 /// Returns the mean recall of the classes that occur, in % (scikit-learn's `balanced_accuracy_score`): classes of few
 /// samples count as much as those of many.
 fn balanced_accuracy(task: &Task, outcome: &Outcome) -> Result<f64> {
-    let (truth, predicted) = outcome.labels();
-    let each = Levels::of_task(task).scores(truth, predicted)?;
-    let of_one = |(at, attribute): (usize, &LevelScores)| {
+    let of_one = |at: usize, attribute: &LevelScores| {
         let trained = |class: &usize| !outcome.untrained(at).iter().any(|other| *other as usize == *class);
         let classes = attribute.per_level.iter().enumerate();
         let present = classes.filter(|(class, scores)| scores.support > 0 && trained(class));
@@ -401,7 +403,7 @@ fn balanced_accuracy(task: &Task, outcome: &Outcome) -> Result<f64> {
         // Where no class is left, nothing can be right.
         if recalls.is_empty() { 0.0 } else { mean_sd(&recalls).0 }
     };
-    Ok(100.0 * mean_sd(&each.iter().enumerate().map(of_one).collect::<Vec<_>>()).0)
+    Ok(100.0 * mean_of_attributes(task, outcome, of_one)?)
 }
 
 /// Returns in % how well the probability of the second of two classes ranks samples; NaN where `area` is not defined.

@@ -211,9 +211,10 @@ impl Protocol {
     /// A value outside its range.
     pub fn check(&self) -> Check {
         within("repetitions", self.repetitions(), 1, 1000)?;
-        if let Protocol::Chronological { test, .. } = self {
-            share("test", *test)?;
-        }
+        let once = |repetitions: &usize| {
+            let reason = "this kind of protocol has one cut only: repeat it with another seed";
+            require(*repetitions == 1, "repetitions", repetitions, reason)
+        };
         match self {
             Protocol::KFold { folds, .. } => within("folds", *folds, 2, 1000),
             Protocol::RandomSplits { test, validation, .. } => {
@@ -235,11 +236,12 @@ impl Protocol {
                 within("train", *train, 1, 10_000_000)?;
                 within("test", *test, 1, 10_000_000)
             }
-            Protocol::LeaveGroupOut { repetitions, .. }
-            | Protocol::Chronological { repetitions, .. }
-            | Protocol::Official { repetitions, .. } => {
-                let reason = "this kind of protocol has one cut only: repeat it with another seed";
-                require(*repetitions == 1, "repetitions", repetitions, reason)
+            Protocol::Chronological { test, repetitions } => {
+                share("test", *test)?;
+                once(repetitions)
+            }
+            Protocol::LeaveGroupOut { repetitions, .. } | Protocol::Official { repetitions, .. } => {
+                once(repetitions)
             }
         }
     }

@@ -190,16 +190,15 @@ impl<'d> Learner<'d> {
         }
         self.engine.begin_recomputing();
         self.engine.set_dropout(self.dropout, 1 << 32);
+        let TrainingKey { seed, repetition, fold } = self.set.part;
+        let key = Key { seed, repetition, fold, epoch: self.recipe.epochs, sample: 0 };
+        // Moved images keep their mean and variance, other than readings with another gain.
+        let augment = self.recipe.augment.as_ref().filter(|augment| augment.changes_readings());
+        let pass = TrainingPass { occasion: "population", augment: augment.map(|augment| (augment, key)) };
         for rows in self.set.part.shuffle(rows, &self.set.part.purpose("population")).chunks(self.batch) {
             if hooks.is_cancelled() {
                 return Ok(false);
             }
-            let TrainingKey { seed, repetition, fold } = self.set.part;
-            let key = Key { seed, repetition, fold, epoch: self.recipe.epochs, sample: 0 };
-            // Moved images keep their mean and variance, other than readings with another gain.
-            let augment = self.recipe.augment.as_ref().filter(|augment| augment.changes_readings());
-            let pass =
-                TrainingPass { occasion: "population", augment: augment.map(|augment| (augment, key)) };
             self.feed.train(&mut self.engine, rows, pass)?;
         }
         self.engine.end_recomputing();

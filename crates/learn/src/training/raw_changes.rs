@@ -95,17 +95,16 @@ impl<'a> RawChanges<'a> {
             return false;
         };
         let (layout, shape) = (self.sensor.layout, &self.dataset.spec.shape);
+        // Taxels lie side by side, frame after frame; readings of a channel follow each other.
         let steps = match layout {
             Layout::Series | Layout::Fingers => shape.last().copied().unwrap_or(1),
-            _ => self.sample.len(),
+            _ => 1,
         };
         // A row of features has no first reading, at which nothing is touched.
         let is_known = layout != Layout::Features || self.dataset.spec.rest.is_some();
         let rest = if is_known { self.sensor.rest.as_slice() } else { &[0.0] };
         let span = self.sensor.high - self.sensor.low;
         let Some(readings) = self.sample.as_slice_mut() else { return false };
-        // Taxels of an image each have their own rest.
-        let steps = if rest.len() > 1 { readings.len() / rest.len() } else { steps };
         augment.draw_readings(&taxel_data::Key { sample, ..key }).apply(readings, steps, rest, span);
         true
     }

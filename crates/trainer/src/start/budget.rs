@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use taxel_data::Dataset;
-use taxel_learn::{RunOptions, Silent};
+use taxel_learn::{Recipe, RunOptions, Silent};
 use taxel_zoo::Registry;
 
 use crate::error::Result;
@@ -119,7 +119,7 @@ impl Start {
 
     /// Estimates the seconds of the whole experiment.
     fn seconds(&self, estimates: &[Estimate], threads: usize) -> f64 {
-        let epochs = self.effective_epochs();
+        let epochs = self.epochs();
         let of = |estimate: &Estimate| {
             let samples = self.trained as f64 * self.folds as f64;
             let harder = if self.is_hardened { 1.0 } else { 0.0 };
@@ -134,12 +134,10 @@ impl Start {
         estimates.iter().map(of).sum::<f64>() / threads.max(1) as f64
     }
 
-    /// Returns the epochs, with the least number of steps of the recipe.
-    fn effective_epochs(&self) -> usize {
-        let least = self.family.recipe.iter().find_map(|line| line.strip_prefix("least_steps = "));
-        let least: usize = least.and_then(|steps| steps.split_whitespace().next()?.parse().ok()).unwrap_or(0);
-        let steps = self.trained.div_ceil(64).max(4);
-        self.family.epochs.max(least / steps)
+    /// Returns the epochs of a fold, of which few samples get more.
+    fn epochs(&self) -> usize {
+        let recipe = toml::from_str::<Recipe>(&self.family.recipe());
+        recipe.map_or(self.family.epochs, |recipe| recipe.for_samples(self.trained).epochs)
     }
 
     /// Returns the name of its config in messages.
@@ -161,6 +159,13 @@ mod tests {
         let labels: Vec<usize> = (0..6000).map(|i| i % 3).collect();
         let dataset = Dataset::new("skin", Layout::Series, x.into_dyn(), &labels).unwrap();
         Start::new(&dataset, "skin.npz".as_ref(), &ReadOptions::default())
+    }
+
+    #[test]
+    fn few_samples_get_more_epochs() {
+        let few = Start { trained: 240, ..start() };
+        // 800 steps of four batches.
+        assert_eq!((few.epochs(), start().epochs()), (200, 80));
     }
 
     #[test]

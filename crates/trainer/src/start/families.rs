@@ -18,7 +18,7 @@ pub(super) struct Family {
     /// Epochs of the recipe.
     pub epochs: usize,
     /// Further lines of `[train]`.
-    pub recipe: Vec<&'static str>,
+    settings: Vec<&'static str>,
 }
 
 /// The recipe of taxel's own networks, of which few samples get more steps.
@@ -36,8 +36,10 @@ const SGDM: [&str; 4] = [
     "batch_size = 32",
     r#"optimizer = { name = "sgdm", lr = 0.01, momentum = 0.9 }"#,
     r#"schedule = { kind = "steps", at = [0.6, 0.85], factor = 0.1 }"#,
-    r#"batch_norm = "population""#,
+    POPULATION,
 ];
+/// Statistics of the whole training part.
+const POPULATION: &str = r#"batch_norm = "population""#;
 
 /// The largest side of an image that is kept.
 const LARGEST_SIDE: usize = 64;
@@ -50,7 +52,17 @@ const NUMATAC_STEPS: usize = 300;
 /// Steps back whose differences a history holds.
 const LAGS: [usize; 6] = [1, 2, 4, 8, 16, 32];
 
+/// Returns the recipe of taxel's own networks with a rule for the statistics of batch norm.
+fn adamw(batch_norm: &'static str) -> Vec<&'static str> {
+    [&ADAMW[..], &[batch_norm]].concat()
+}
+
 impl Family {
+    /// Writes the lines of `[train]`.
+    pub(super) fn recipe(&self) -> String {
+        format!("epochs = {}\n{}\n", self.epochs, self.settings.join("\n"))
+    }
+
     /// Returns what is tried on samples of `layout` with axes `shape`.
     pub(super) fn of(layout: Layout, shape: &[usize], task: &Task, samples: usize) -> Self {
         let mut family = match (layout, shape) {
@@ -67,9 +79,9 @@ impl Family {
             Task::Values(_) => {
                 family.baselines.retain(|name| !name.contains("majority") && !name.contains("svm"));
                 family.baselines.splice(0..0, [r#""mean""#, r#""ridge""#]);
-                family.recipe.push(r#"loss = "huber""#);
+                family.settings.push(r#"loss = "huber""#);
             }
-            Task::Classes(_) => family.recipe.push("label_smoothing = 0.1"),
+            Task::Classes(_) => family.settings.push("label_smoothing = 0.1"),
             Task::Levels(_) => {}
         }
         family
@@ -81,7 +93,6 @@ impl Family {
         if steps >= ROCKET_STEPS && !(is_of_values && samples > ROCKET_WINDOWS) {
             baselines.push(r#""mini-rocket""#);
         }
-        let recipe = [&ADAMW[..], &[r#"batch_norm = "population""#]].concat();
         if is_of_values {
             let lags: Vec<String> = LAGS.iter().filter(|lag| **lag < steps).map(usize::to_string).collect();
             let encoding = if lags.is_empty() {
@@ -91,27 +102,37 @@ impl Family {
                 vec![format!("signal = {{ kind = \"history\", lags = [{}] }}   {about}", lags.join(", "))]
             };
             baselines.push(r#""extra-trees""#);
-            return Self { encoding, networks: vec!["deep-mlp"], baselines, epochs: 60, recipe };
+            return Self {
+                encoding,
+                networks: vec!["deep-mlp"],
+                baselines,
+                epochs: 60,
+                settings: adamw(POPULATION),
+            };
         }
         if steps < ROCKET_STEPS {
             let networks = vec!["deep-mlp", "mlp"];
-            return Self { encoding: vec![], networks, baselines, epochs: 80, recipe };
+            return Self { encoding: vec![], networks, baselines, epochs: 80, settings: adamw(POPULATION) };
         }
-        let recipe = [&ADAMW[..], &[r#"batch_norm = "moving""#]].concat();
         let encoding = vec![
             "signal = { kind = \"quantile-code\" }   # no reading can be larger than those of training"
                 .into(),
             "rocket = { features = 2000 }           # MiniRocket's, for dilated-resnet-rocket-1d".into(),
         ];
         let networks = vec!["dilated-resnet-rocket-1d", "resnet8-lite-1d", "dilated-resnet-1d"];
-        Self { encoding, networks, baselines, epochs: 80, recipe }
+        Self { encoding, networks, baselines, epochs: 80, settings: adamw(r#"batch_norm = "moving""#) }
     }
 
     fn features() -> Self {
         let baselines =
             vec![r#""majority""#, r#""k-nn""#, r#""svm-linear""#, r#""svm-rbf""#, r#""extra-trees""#];
-        let recipe = [&ADAMW[..], &[r#"batch_norm = "population""#]].concat();
-        Self { encoding: vec![], networks: vec!["deep-mlp"], baselines, epochs: 80, recipe }
+        Self {
+            encoding: vec![],
+            networks: vec!["deep-mlp"],
+            baselines,
+            epochs: 80,
+            settings: adamw(POPULATION),
+        }
     }
 
     fn images([rows, columns]: [usize; 2]) -> Self {
@@ -125,7 +146,7 @@ impl Family {
         let encoding = vec![format!("image = {{ kind = \"raw\", {resize}scale = \"z-score\" }}")];
         let networks = vec!["resnet8-lite-2d", "vgg6-lite-2d"];
         let baselines = vec![r#""majority""#, r#""k-nn""#];
-        Self { encoding, networks, baselines, epochs: 60, recipe: SGDM.to_vec() }
+        Self { encoding, networks, baselines, epochs: 60, settings: SGDM.to_vec() }
     }
 
     fn sequences() -> Self {
@@ -136,18 +157,18 @@ impl Family {
         ];
         let networks = vec!["resnet8-lite-2d", "tactnet3d-4-8"];
         let baselines = vec![r#""majority""#, r#""k-nn""#, r#""mini-rocket""#];
-        Self { encoding, networks, baselines, epochs: 50, recipe: SGDM.to_vec() }
+        Self { encoding, networks, baselines, epochs: 50, settings: SGDM.to_vec() }
     }
 
     fn numatac() -> Self {
         let encoding = vec![r#"image = { kind = "numatac" }"#.into()];
         let baselines = vec![r#""majority""#, r#""mini-rocket""#];
-        let recipe = vec![
+        let settings = vec![
             "batch_size = 32",
             r#"optimizer = { name = "adam", lr = 1e-3 }"#,
             r#"schedule = { kind = "cosine" }"#,
             r#"batch_norm = "moving""#,
         ];
-        Self { encoding, networks: vec!["multiscale-cnn"], baselines, epochs: 60, recipe }
+        Self { encoding, networks: vec!["multiscale-cnn"], baselines, epochs: 60, settings }
     }
 }

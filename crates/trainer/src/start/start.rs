@@ -102,7 +102,7 @@ impl Start {
 
     /// Writes the config, with a comment for each choice. Reading it gives the experiment.
     pub fn to_toml(&self) -> String {
-        let Family { encoding, networks, baselines, epochs, recipe } = &self.family;
+        let Family { encoding, networks, baselines, .. } = &self.family;
         let takes = self.minutes.map(|minutes| format!("Takes about {minutes:.0} min where it was written."));
         let comments = self.facts.iter().cloned().chain(takes).map(|line| format!("# {line}\n"));
         let mut text: String = comments.collect();
@@ -112,7 +112,7 @@ impl Start {
             text += &format!("\n[encoding]\n{}\n", encoding.join("\n"));
         }
         text += &format!("\n[protocol]\n{}\n", self.protocol.join("\n"));
-        text += &format!("\n[train]\nepochs = {epochs}\n{}\n", recipe.join("\n"));
+        text += &format!("\n[train]\n{}", self.family.recipe());
         if self.is_hardened {
             text += "\n[harden]                                # each row once more, fault-augmented\n";
         }

@@ -129,13 +129,7 @@ impl Predict {
         let (starts, truth) = (starts.as_deref(), truth.as_deref());
         let replaced = replaced.as_ref();
         let values = values.as_ref().filter(|_| !card.task.quantities().is_empty());
-        let values = match values.map(|values| TrueValues::new(&card.task, values)).transpose() {
-            Ok(values) => values,
-            Err(words) => {
-                note(words);
-                None
-            }
-        };
+        let values = values.and_then(|values| TrueValues::new(&card.task, values).map_err(note).ok());
         let samples = SamplePredictions {
             origins: &origins,
             starts,
