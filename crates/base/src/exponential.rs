@@ -12,7 +12,7 @@ pub const LN_2: [f32; 2] = [0.693_359_4, -2.121_944_4e-4];
 /// Below this e^x is less than the smallest normal number, and counts as 0.
 pub const LEAST: f32 = -87.33;
 /// Above this e^x counts as infinite, just before it is.
-const MOST: f32 = 88.0;
+pub const MOST: f32 = 88.0;
 /// Coefficients of e^x = 1 + x + x²·p(x), the highest power first.
 pub const EXP: [f32; 6] = [1.987_569_1e-4, 1.398_199_9e-3, 8.333_452e-3, 4.166_579_6e-2, 1.666_666_5e-1, 0.5];
 /// Coefficients of ln(1 + x) = x − x²/2 + x³·p(x), the highest power first.

@@ -202,6 +202,11 @@ impl MiniRocket {
         MiniRocket { shape, dilations, channels, biases, rocket }
     }
 
+    /// Returns the convolutions, whose thresholds follow each other as the features do.
+    pub fn convolutions(&self) -> &[Dilated] {
+        self.rocket.convolutions()
+    }
+
     /// Returns the thresholds of all features.
     pub fn biases(&self) -> &[f32] {
         &self.biases

@@ -227,6 +227,11 @@ impl Ridge {
         }
     }
 
+    /// Returns weights `[outputs, width]` and what is added to each output.
+    pub(crate) fn numbers(&self) -> (&[f32], &[f32]) {
+        (&self.weights, &self.bias)
+    }
+
     pub(crate) fn classes(&self) -> usize {
         self.bias.len()
     }

@@ -57,6 +57,11 @@ impl RocketValues {
         Ok(RocketValues { rocket, ridge })
     }
 
+    /// Returns the features without their level, and the regression.
+    pub(crate) fn parts(&self) -> (&MiniRocket, &Ridge) {
+        (&self.rocket, &self.ridge)
+    }
+
     pub(crate) fn shape(&self) -> [usize; 2] {
         self.rocket.shape()
     }

@@ -40,7 +40,7 @@ pub use gaf::{Constant, Gaf, Method, Range};
 pub use hardness::{HardnessImage, ImagePlan};
 pub use history::History;
 pub use numatac::NumaTac;
-pub use quantile_code::{CodePlan, QuantileCode};
+pub use quantile_code::{CodePlan, CodeView, QuantileCode};
 pub use reduction::{Converter, Reduction, ReductionPlan};
 pub use resize::{Filter, Resize, ResizePlan, red_channel};
 pub use scale::Scaling;

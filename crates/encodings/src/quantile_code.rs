@@ -45,18 +45,19 @@ pub struct QuantileCode {
     /// Most steps in time that come out, at least 1.
     pub steps: usize,
     /// Four of each channel; none before [`QuantileCode::fit`].
-    views: Vec<FittedView>,
+    views: Vec<CodeView>,
 }
 
 /// The values that are fitted to one view of one channel.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct FittedView {
-    mean: f32,
+pub struct CodeView {
+    /// Mean of the training values.
+    pub mean: f32,
     /// Positive; 1 where the view is constant.
-    sd: f32,
+    pub sd: f32,
     /// Ascending; fewer than two where the view is constant.
-    edges: Vec<f32>,
+    pub edges: Vec<f32>,
 }
 
 impl Default for QuantileCode {
@@ -69,6 +70,12 @@ impl QuantileCode {
     /// Makes a code that is not fitted yet.
     pub fn new(ramps: usize, steps: usize) -> Self {
         QuantileCode { ramps, steps, views: vec![] }
+    }
+
+    /// Returns what is fitted to the four views of each channel, channel after channel: readings, change, level, drift. Empty
+    /// before [`QuantileCode::fit`].
+    pub fn views(&self) -> &[CodeView] {
+        &self.views
     }
 
     /// Returns the ramps of each view between quantiles of all its values.
@@ -115,7 +122,7 @@ impl QuantileCode {
                 values.iter_mut().zip(&seen).for_each(|(all, one)| all.extend_from_slice(one));
             }
             let rounding = ROUNDING * channel.iter().fold(0.0f32, |most, v| most.max(v.abs()));
-            views.extend(values.into_iter().map(|values| FittedView::fit(values, ramps, rounding)));
+            views.extend(values.into_iter().map(|values| CodeView::fit(values, ramps, rounding)));
         }
         Ok(QuantileCode { views, ..*self })
     }
@@ -188,7 +195,7 @@ impl QuantileCode {
     }
 }
 
-impl FittedView {
+impl CodeView {
     /// Fits the edges of `ramps` ramps, and more where values repeat; values nearer than `rounding` are one.
     fn fit(mut values: Vec<f32>, ramps: usize, rounding: f32) -> Self {
         let n = values.len() as f64;
@@ -207,10 +214,10 @@ impl FittedView {
             edges.sort_unstable_by(f32::total_cmp);
             keep_apart(&mut edges, rounding);
         }
-        FittedView { mean: mean as f32, sd: if sd <= rounding { 1.0 } else { sd }, edges }
+        CodeView { mean: mean as f32, sd: if sd <= rounding { 1.0 } else { sd }, edges }
     }
 
-    /// Refuses what [`FittedView::fit`] does not give.
+    /// Refuses what [`CodeView::fit`] does not give.
     fn check(&self, number: usize, rows: usize) -> Result<()> {
         let refuse = |what: &str, value: f32, expected| {
             let name = format!("{what} of view {} of channel {}", number % VIEWS, number / VIEWS);

@@ -2,13 +2,12 @@
 
 use std::fmt::Write;
 
-use taxel_encodings::Scaling;
 use taxel_kernels::frozen::bytes::Ending;
 
+use crate::encoding::{Encoding, different_rows};
 use crate::layer::{Layer, Stage, Then, Work};
 use crate::library::Library;
-use crate::literals::{float, floats, table};
-use crate::lower::Network;
+use crate::literals::{floats, table};
 use crate::numbers::{Digest, LARGEST, add_thresholds, byte, ended, ordered, steps};
 use crate::samples::SEED;
 
@@ -22,21 +21,22 @@ pub(crate) struct Check {
 }
 
 impl Check {
-    pub fn new(library: &Library, network: &Network) -> Self {
+    pub fn new(library: &Library, all: &[Layer]) -> Self {
         let mut check = Check { vectors: samples(library), checks: String::new(), calls: String::new() };
         let mut layers = 0;
-        for (number, layer) in network.layers.iter().enumerate() {
-            layers += usize::from(check.layer(number, layer, library.scaling));
+        for (number, layer) in all.iter().enumerate() {
+            layers += usize::from(check.layer(number, layer, &library.encoding));
         }
         let _ = writeln!(check.vectors, "#define LAYERS {layers}u");
         check
     }
 
     /// Adds what a layer's ending has to give; false for a layer without one.
-    fn layer(&mut self, number: usize, layer: &Layer, scaling: &Scaling) -> bool {
+    fn layer(&mut self, number: usize, layer: &Layer, encoding: &Encoding) -> bool {
         let (found, kind, arguments) = match &layer.work {
             Work::Stage(stage) => {
-                let Some(found) = staged(stage, scaling) else { return false };
+                let Some(found) = staged(stage, encoding) else { return false };
+                let _ = writeln!(self.vectors, "#define STAGE_ROWS {}u", found.len());
                 (found, "stage", None)
             }
             Work::Conv(conv) => {
@@ -123,8 +123,19 @@ fn samples(library: &Library) -> String {
     let units: Vec<f32> = walks.iter().map(|walk| f64::from(walk.power).exp2() as f32).collect();
     text += &floats("walk_unit", &units);
     let bits = |values: &[f32]| values.iter().map(|v| format!("0x{:08x}u", v.to_bits())).collect::<Vec<_>>();
-    text += &table("uint32_t", "expected_logits", &bits(&library.expected.logits));
-    text += &table("uint32_t", "expected_probabilities", &bits(&library.expected.probabilities));
+    text += &table("uint32_t", "expected_outputs", &bits(&library.expected.outputs));
+    text += &table("uint32_t", "expected_answers", &bits(&library.expected.answers));
+    if !library.expected.gate.is_empty() {
+        let (distances, unknown): (Vec<f32>, Vec<bool>) = library.expected.gate.iter().copied().unzip();
+        text += &table("uint32_t", "expected_distance", &bits(&distances));
+        text +=
+            &table("uint32_t", "expected_unknown", &unknown.into_iter().map(u32::from).collect::<Vec<_>>());
+    }
+    if library.answers.has_intervals() {
+        let [low, high] = &library.expected.ends;
+        text += &table("uint32_t", "expected_low", &bits(low));
+        text += &table("uint32_t", "expected_high", &bits(high));
+    }
     text
 }
 
@@ -161,27 +172,18 @@ fn sums(
     factors.iter().map(one).collect()
 }
 
-/// Returns a digest of all thresholds of each channel of the sample; none where it is taken as floats.
-fn staged(stage: &Stage, scaling: &Scaling) -> Option<Vec<u32>> {
+/// Returns a digest of all thresholds of each row of the input that has numbers of its own; none where it is taken as floats.
+fn staged(stage: &Stage, encoding: &Encoding) -> Option<Vec<u32>> {
     let (factors, shifts) = stage.scales.as_ref()?;
-    let one = |channel: usize| {
+    let one = |row: usize| {
         let mut digest = Digest::new();
         add_thresholds(&mut digest, LARGEST, |place| {
-            let x = scaled(scaling, channel, ordered(place));
-            byte(x * factors[channel] + shifts[channel], &stage.ending)
+            let x = encoding.scaled(row, ordered(place));
+            byte(x * factors[row] + shifts[row], &stage.ending)
         });
         digest.0
     };
-    Some((0..factors.len()).map(one).collect())
-}
-
-/// Scales one value of a sample.
-fn scaled(scaling: &Scaling, channel: usize, x: f32) -> f32 {
-    match scaling {
-        Scaling::Raw => x,
-        Scaling::FullScale { full_scale } => x / full_scale,
-        Scaling::ZScore { mean, sd } => (x - mean[channel]) / sd[channel],
-    }
+    Some((0..different_rows(stage, encoding)).map(one).collect())
 }
 
 fn maps(layer: &Layer, factors: &[f32], shifts: &[f32], ending: &Ending) -> Vec<u32> {
@@ -221,38 +223,4 @@ fn stored(layer: &Layer, value: f32, ending: &Ending) -> u32 {
         Some(_) => u32::from(byte(value, ending)),
         None => ended(value, ending).to_bits(),
     }
-}
-
-/// Writes one value of a sample as the first layer reads it: a function of C.
-pub(crate) fn taken(stage: &Stage, scaling: &Scaling) -> String {
-    let mut tables = String::new();
-    let mut body = String::new();
-    match scaling {
-        Scaling::Raw => {}
-        Scaling::FullScale { full_scale } => {
-            let _ = writeln!(body, "    x = over(x, {});", float(*full_scale));
-        }
-        Scaling::ZScore { mean, sd } => {
-            tables += &floats("mean_of", mean);
-            tables += &floats("deviation_of", sd);
-            body += "    x = over(less(x, mean_of[channel]), deviation_of[channel]);\n";
-        }
-    }
-    if let Some((factors, shifts)) = &stage.scales {
-        let mut number = |name: &str, values: &[f32]| {
-            if values.iter().all(|value| value.to_bits() == values[0].to_bits()) {
-                return float(values[0]);
-            }
-            tables += &floats(name, values);
-            format!("{name}[channel]")
-        };
-        let (factor, shift) = (number("factor_of", factors), number("shift_of", shifts));
-        let Ending { zero, low, high } = stage.ending;
-        let ending = [zero, low, high].map(float).join(", ");
-        let _ = writeln!(body, "    return byte_of(plus(times(x, {factor}), {shift}), {ending});");
-    } else {
-        body += "    return x;\n";
-    }
-    let unused = if body.contains("channel") { "" } else { "    (void)channel;\n" };
-    format!("{tables}\nstatic inline reading taken(float x, uint32_t channel)\n{{\n{unused}{body}}}\n")
 }

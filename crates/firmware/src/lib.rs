@@ -10,7 +10,7 @@
 //!
 //! ```
 //! use taxel_encodings::Scaling;
-//! use taxel_firmware::{Expected, Library, Samples};
+//! use taxel_firmware::{Answers, Encoding, Expected, Library, Method, Samples};
 //! use taxel_graph::{Architecture, Scheme, Weights};
 //! use taxel_reference_networks::MlpConfig;
 //! use taxel_runtime::{Blueprint, Frozen, Observer};
@@ -25,28 +25,32 @@
 //! let ranges = observer.ranges();
 //! let blueprint = Blueprint::new(&graph, &weights, &ranges)?;
 //! let frozen = Frozen::quantized(&graph, &weights, &ranges)?;
-//! let mut expected = Expected { logits: vec![0.0; 6], probabilities: vec![] };
-//! frozen.predict_many(&mut frozen.workspace(), &[&samples.values()], &mut expected.logits)?;
-//! expected.probabilities = expected.logits.clone();
-//! expected.probabilities.chunks_mut(2).for_each(taxel_base::exponential::softmax);
+//! let mut expected = Expected { outputs: vec![0.0; 6], ..Expected::default() };
+//! frozen.predict_many(&mut frozen.workspace(), &[&samples.values()], &mut expected.outputs)?;
+//! expected.answers = expected.outputs.clone();
+//! expected.answers.chunks_mut(2).for_each(taxel_base::exponential::softmax);
 //!
-//! let library = Library {
-//!     classes: vec!["soft".into(), "hard".into()],
-//!     ..Library::new("squeeze", &blueprint, &Scaling::Raw, [2, 6], samples, expected)
-//! };
+//! let (encoding, answers) = (Encoding::Scaled(&Scaling::Raw), Answers::classes(vec!["soft".into(), "hard".into()]));
+//! let library = Library::new("squeeze", Method::Network(&blueprint), (encoding, [2, 6]), answers, samples, expected);
 //! assert!(library.size()?.ram < 100);
 //! let paths: Vec<String> = library.files()?.into_iter().map(|file| file.path).collect();
 //! assert!(paths.contains(&"src/taxel_squeeze.c".to_string()));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod answers;
 mod arena;
+mod body;
 mod check;
+mod cores;
+mod encoding;
 mod error;
 mod fuse;
+mod gate;
 mod layer;
 mod layouts;
 mod library;
+mod linear;
 mod literals;
 mod lower;
 mod numbers;
@@ -57,8 +61,13 @@ mod source;
 mod whole;
 mod write;
 
+pub use answers::{Answers, Quantity, Spread};
+pub use cores::Core;
+pub use encoding::Encoding;
 pub use error::{Error, Result};
-pub use library::{CFile, Expected, Library};
+pub use gate::Gate;
+pub use library::{CFile, Expected, Library, Method};
+pub use linear::{Features, Linear};
 pub use samples::Samples;
 pub use size::Size;
 pub use write::write_folder;

@@ -1,13 +1,15 @@
-//! A network in eight bits with all that its C needs.
+//! A model with all that its C needs.
 
-use taxel_encodings::Scaling;
 use taxel_runtime::Blueprint;
 
+use crate::answers::Answers;
+use crate::encoding::Encoding;
+use crate::linear::Linear;
 use crate::literals::{comment, identifier};
 use crate::samples::Samples;
 use crate::size::Size;
 
-/// A network in eight bits with all that its C needs.
+/// A model with all that its C needs.
 #[derive(Debug, Clone)]
 pub struct Library<'a> {
     /// Name of the library: files and functions begin with `taxel_<name>`.
@@ -16,16 +18,14 @@ pub struct Library<'a> {
     pub model: String,
     /// Version of taxel.
     pub version: String,
-    /// The network.
-    pub blueprint: &'a Blueprint,
-    /// How values of a sample are scaled.
-    pub scaling: &'a Scaling,
+    /// What it computes.
+    pub method: Method<'a>,
+    /// How a sample becomes what the network reads.
+    pub encoding: Encoding<'a>,
     /// Channels and time steps of a sample.
     pub sample: [usize; 2],
-    /// Names of the classes.
-    pub classes: Vec<String>,
-    /// The temperature that divides the logits, of a calibrated model.
-    pub temperature: Option<f64>,
+    /// What it answers.
+    pub answers: Answers,
     /// The card of the model, for the README.
     pub about: String,
     /// Remarks for the README: what the model does and the C does not.
@@ -40,13 +40,26 @@ pub struct Library<'a> {
     pub expected: Expected,
 }
 
+/// What a library computes.
+#[derive(Debug, Clone, Copy)]
+pub enum Method<'a> {
+    /// A network in eight bits.
+    Network(&'a Blueprint),
+    /// A linear model on features: MiniRocket with ridge, or ridge.
+    Linear(Linear<'a>),
+}
+
 /// Predictions that the C has to repeat, sample after sample.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Expected {
-    /// Logits.
-    pub logits: Vec<f32>,
-    /// Probabilities.
-    pub probabilities: Vec<f32>,
+    /// Outputs of the network: logits, or values and what is said of their errors.
+    pub outputs: Vec<f32>,
+    /// Probabilities, or values.
+    pub answers: Vec<f32>,
+    /// The lower and the upper ends of the 90 % intervals; empty of a model without them.
+    pub ends: [Vec<f32>; 2],
+    /// The distance of each sample, and whether it is unknown; empty of a model without a gate.
+    pub gate: Vec<(f32, bool)>,
 }
 
 /// A file of the folder.
@@ -59,12 +72,12 @@ pub struct CFile {
 }
 
 impl<'a> Library<'a> {
-    /// Makes a library without classes, of which nothing more is known.
+    /// Makes a library of which nothing more is known.
     pub fn new(
         name: &str,
-        blueprint: &'a Blueprint,
-        scaling: &'a Scaling,
-        sample: [usize; 2],
+        method: Method<'a>,
+        (encoding, sample): (Encoding<'a>, [usize; 2]),
+        answers: Answers,
         samples: Samples,
         expected: Expected,
     ) -> Self {
@@ -72,11 +85,10 @@ impl<'a> Library<'a> {
             name: name.into(),
             model: name.into(),
             version: env!("CARGO_PKG_VERSION").into(),
-            blueprint,
-            scaling,
+            method,
+            encoding,
             sample,
-            classes: vec![],
-            temperature: None,
+            answers,
             about: String::new(),
             remarks: vec![],
             unit: None,
@@ -94,6 +106,10 @@ impl<'a> Library<'a> {
     /// Fills the places of a text that all files share, then `more`.
     pub(crate) fn filled(&self, template: &str, size: &Size, more: &[(&str, String)]) -> String {
         let (name, [channels, steps]) = (self.identifier(), self.sample);
+        let noun = match self.answers {
+            Answers::Classes { .. } => "Classes",
+            Answers::Values { .. } => "Quantities",
+        };
         let mut text = template.to_string();
         for (key, value) in more {
             text = text.replace(key, value);
@@ -104,13 +120,18 @@ impl<'a> Library<'a> {
             (
                 "@title@",
                 comment(&format!(
-                    "{}: {} classes of samples of {channels} channels x {steps} time steps",
+                    "{}: predicts {} from {channels} channels x {steps} time steps",
                     self.model,
-                    self.classes.len()
+                    self.answers.words()
                 )),
             ),
             ("@version@", comment(&self.version)),
-            ("@class_count@", self.classes.len().to_string()),
+            ("@answer_words@", comment(&self.answers.words()).replace('"', "'")),
+            ("@answer_noun@", noun.into()),
+            ("@ANSWERS@", noun.to_uppercase()),
+            ("@answer_count@", self.answers.count().to_string()),
+            ("@outputs@", self.answers.outputs().to_string()),
+            ("@ring_steps@", self.encoding.ring_steps(steps).to_string()),
             ("@channels@", channels.to_string()),
             ("@steps@", steps.to_string()),
             ("@values@", (channels * steps).to_string()),

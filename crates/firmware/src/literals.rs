@@ -20,6 +20,18 @@ pub(crate) fn float(value: f32) -> String {
     format!("{sign}0x1.{:06x}p{}f", fraction << 1, exponent - 127)
 }
 
+/// Writes a double of 64 bits so that every compiler reads the same bits; infinities as the largest numbers.
+pub(crate) fn double(value: f64) -> String {
+    let value = value.clamp(-f64::MAX, f64::MAX);
+    if value == 0.0 || value.is_subnormal() {
+        return "0.0".into();
+    }
+    let bits = value.to_bits();
+    let sign = if value < 0.0 { "-" } else { "" };
+    let (exponent, fraction) = ((bits >> 52 & 0x7ff) as i32, bits & 0x000f_ffff_ffff_ffff);
+    format!("{sign}0x1.{fraction:013x}p{}", exponent - 1023)
+}
+
 /// Makes an identifier of a name: small letters, digits and underscores.
 pub(crate) fn identifier(name: &str) -> String {
     let plain = |c: char| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '_' };
@@ -93,6 +105,7 @@ mod tests {
         assert_eq!(float(-0.1), "-0x1.99999ap-4f");
         assert_eq!(float(f32::from_bits(3)), "0x0.000006p-126f");
         assert_eq!(float(f32::INFINITY), "0x1.fffffep127f");
+        assert_eq!(double(-0.1), "-0x1.999999999999ap-4");
     }
 
     #[test]

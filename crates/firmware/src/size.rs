@@ -20,11 +20,10 @@ pub struct Size {
 }
 
 impl Size {
-    /// Returns the bytes of code.
-    pub(crate) fn code(kernels: &BTreeSet<Kernel>, is_tempered: bool) -> usize {
-        /// Interface, input, softmax.
-        const BASE: usize = 1300;
-        const TEMPER: usize = 500;
+    /// Returns the bytes of code besides encoding and answers.
+    pub(crate) fn code(kernels: &BTreeSet<Kernel>) -> usize {
+        /// Interface and input.
+        const BASE: usize = 900;
         let bytes = |kernel: &Kernel| match kernel {
             Kernel::Root => 200,
             Kernel::Conv => 1700,
@@ -38,6 +37,6 @@ impl Size {
             Kernel::Mean => 350,
             Kernel::Deviation => 450,
         };
-        BASE + if is_tempered { TEMPER } else { 0 } + kernels.iter().map(bytes).sum::<usize>()
+        BASE + kernels.iter().map(bytes).sum::<usize>()
     }
 }

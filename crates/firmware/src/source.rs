@@ -93,8 +93,9 @@ pub(crate) struct Source {
     pub tables: String,
     /// Statements that run the network behind its input.
     pub calls: String,
-    /// Bytes of the tables.
+    /// Bytes of the tables, and of those that only processors without floats in hardware need.
     pub table_bytes: usize,
+    pub whole_bytes: usize,
 }
 
 impl Source {
@@ -278,6 +279,7 @@ impl Source {
     fn multipliers(&mut self, number: usize, whole: Option<&Whole>) -> String {
         let Some(whole) = whole else { return "0".into() };
         let name = format!("multiplier_{number}");
+        self.whole_bytes += size_of_val(whole.multipliers.as_slice());
         let values = table("int32_t", &name, &whole.multipliers);
         let none = format!("#define {name} 0\n");
         let _ = write!(self.tables, "#ifdef WHOLE_ENDINGS\n{values}#else\n{none}#endif\n");

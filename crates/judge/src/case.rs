@@ -66,6 +66,16 @@ impl Case {
         Ok(model)
     }
 
+    /// Returns the saved model of the first finished fold of a row.
+    ///
+    /// # Errors
+    /// As [`Case::model`].
+    pub fn first_model(&self, network: &str) -> Result<Model> {
+        let first = self.records.iter().find(|record| record.key.network == network);
+        let unknown = || Error::run(self.folder.path(), format!("{network} has no finished fold"));
+        self.model(&first.ok_or_else(unknown)?.key)
+    }
+
     /// Returns the card of the saved model of a fold; its file is read once.
     ///
     /// # Errors

@@ -58,6 +58,6 @@ pub use taxel_report::pictures::{ArrayPicture, PictureKind};
 pub use values::{
     Across, Alarms, COMMON_FAULTS, Change, Choice, ClassPictures, Contest, Contrast, CostKind, Criteria,
     Early, EarlyDecisions, EarlyNetwork, EarlyPoint, EpochPoint, Evidence, Example, FaultCurve, FaultInfo,
-    FoldLoss, Hardened, Judged, Judgement, MAJORITY, NetworkStress, OtherWay, Primary, Score, SensorRange,
-    Speed, Stress, Survey, Test, UnseenFault, Verdict, named_scores,
+    FoldLoss, Hardened, Judged, Judgement, MAJORITY, Need, NetworkStress, OtherWay, Primary, Room, Score,
+    SensorRange, Speed, Stress, Survey, Test, UnseenFault, Verdict, named_scores,
 };

@@ -27,7 +27,7 @@ mod proto;
 
 pub use error::{Cause, Error, Result};
 pub use export::{
-    DISTANCE, DISTANCES, Export, Front, FrontStep, GatePlace, IR_VERSION, OPSET, PROBABILITIES, QUANTITIES,
-    TEMPERATURE, VALUES, to_bytes, write,
+    Code, CodeRow, DISTANCE, DISTANCES, Export, Front, FrontStep, GatePlace, IR_VERSION, OPSET,
+    PROBABILITIES, QUANTITIES, RocketConv, RocketFeatures, TEMPERATURE, VALUES, to_bytes, write,
 };
 pub use import::{Imported, from_bytes, read};

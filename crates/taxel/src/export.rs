@@ -3,15 +3,24 @@
 use std::path::Path;
 
 use serde_json::json;
+use taxel_baselines::{Dilated, Fitted, LinearFeatures, LinearModel};
 use taxel_data::{Layout, SampleSpec};
-use taxel_encodings::{Scaling, TactileTensor};
+use taxel_encodings::{CodeView, Scaling, TactileTensor};
+use taxel_graph::{Graph, Loss, Network, Tensor, Weights};
 use taxel_learn::certainty::{Place, Seen};
 use taxel_learn::{Card, Model, ModelKind, Transform};
 use taxel_onnx::{
-    DISTANCE, DISTANCES, Export, FrontStep, GatePlace, PROBABILITIES, QUANTITIES, TEMPERATURE, VALUES,
+    Code, CodeRow, DISTANCE, DISTANCES, Export, Front, FrontStep, GatePlace, PROBABILITIES, QUANTITIES,
+    RocketConv, RocketFeatures, TEMPERATURE, VALUES,
 };
 
 use crate::error::{Error, Result};
+use crate::firmware::fitted;
+
+/// Names of the input, the layer and the output of a linear baseline.
+const INPUT: &str = "series";
+const RIDGE: &str = "ridge";
+const LOGITS: &str = "logits";
 
 /// An exported file.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,8 +42,8 @@ pub struct ExportedInput {
     pub encoded: Option<&'static str>,
 }
 
-/// Writes a model as ONNX (opset 17): z-scores, full scale and the order of axes are part of it, so that it takes raw
-/// readings; other encodings are not, and [`ExportedInput::encoded`] names them.
+/// Writes a model as ONNX (opset 17): z-scores, full scale, the order of axes, quantile codes, histories and MiniRocket's
+/// features are part of it, so that it takes raw readings; other encodings are not, and [`ExportedInput::encoded`] names them.
 ///
 /// ```no_run
 /// let model = taxel::Model::open("model.safetensors".as_ref())?;
@@ -44,46 +53,59 @@ pub struct ExportedInput {
 /// ```
 ///
 /// # Errors
-/// A baseline, a model in eight bits, and a file that cannot be written.
+/// A baseline other than MiniRocket and ridge, a model in eight bits, and a file that cannot be written.
 pub fn export(model: &Model, path: &Path) -> Result<Exported> {
     let card = model.card();
-    let ModelKind::Network { graph, loss, .. } = &card.kind else {
-        let reason = "is a baseline; ONNX is for networks: export one, or use the model with `taxel predict`";
-        return Err(Error::Export { model: card.name.clone(), reason: reason.into() });
-    };
-    if card.quantized.is_some() {
-        let reason = "is in eight bits, which the file would not be: export the model that it was made of, and let the \
-                      other tool put that in eight bits";
-        return Err(Error::Export { model: card.name.clone(), reason: reason.into() });
+    match &card.kind {
+        ModelKind::Network { graph, loss, .. } => {
+            if card.quantized.is_some() {
+                let reason = "is in eight bits, which the file would not be: export the model that it was made of, and let the \
+                              other tool put that in eight bits";
+                return Err(Error::Export { model: card.name.clone(), reason: reason.into() });
+            }
+            let read = |node: &taxel_graph::Node| read(card, node);
+            written(card, (graph, model.weights()), Some(*loss), &read, path)
+        }
+        ModelKind::Baseline { method, series } => {
+            let fitted = fitted(model, method, *series)?;
+            let Linear { graph, weights, front } = linear(card, &fitted, *series)?;
+            let read = |_: &taxel_graph::Node| (front.clone(), None);
+            written(card, (&graph, &weights), None, &read, path)
+        }
     }
+}
+
+/// How raw readings become an input; or, where ONNX cannot say that, the encoding in words.
+type Read = (Option<Front>, Option<&'static str>);
+
+/// Writes a network with the facts of a card, whose inputs become what `read` says.
+fn written(
+    card: &Card,
+    (graph, weights): (&Graph, &Weights),
+    loss: Option<Loss>,
+    read: &dyn Fn(&taxel_graph::Node) -> Read,
+    path: &Path,
+) -> Result<Exported> {
     let (mut inputs, mut readings) = (vec![], vec![]);
     for node in graph.inputs() {
-        let transform =
-            card.inputs.iter().find(|input| input.name == node.name).map(|input| &input.transform);
-        let reading = transform.and_then(|transform| reading(transform, &card.spec.shape, &node.shape));
-        let encoded = match (&reading, transform) {
-            (Some(_), _) => None,
-            (None, Some(transform)) => Some(words(transform)),
-            (None, None) => Some("as the network reads it"),
-        };
+        let (reading, encoded) = read(node);
         let shape = reading.as_ref().map_or(&node.shape, |reading| &reading.shape).clone();
         inputs.push(ExportedInput { name: node.name.clone(), shape, encoded });
         readings.push(reading);
     }
-    let facts = facts(card, *loss, &inputs);
-    let about = card.to_string();
     let gate = card.certainty.as_ref().and_then(|certainty| certainty.seen.as_ref());
     let quantities = card.task.quantities();
+    let of_classes = loss.unwrap_or(Loss::SoftmaxCrossEntropy);
     let export = Export {
-        loss: quantities.is_empty().then_some(*loss),
+        loss: quantities.is_empty().then_some(of_classes),
         values: (!quantities.is_empty()).then_some(quantities.len()),
         temperature: card.certainty.as_ref().map(|certainty| certainty.temperature),
         sizes: card.levels().sizes().to_vec(),
         gate: gate.map_or(vec![], places),
         readings,
-        about,
-        facts,
-        ..Export::new(graph, model.weights())
+        about: card.to_string(),
+        facts: facts(card, loss, &inputs),
+        ..Export::new(graph, weights)
     };
     taxel_onnx::write(path, &export)?;
     let mut outputs: Vec<String> = graph.outputs().iter().map(|(name, _)| name.clone()).collect();
@@ -95,6 +117,62 @@ pub fn export(model: &Model, path: &Path) -> Result<Exported> {
         outputs.push(DISTANCE.into());
     }
     Ok(Exported { inputs, outputs })
+}
+
+/// Returns how an input of a network is read.
+fn read(card: &Card, node: &taxel_graph::Node) -> Read {
+    let transform = card.inputs.iter().find(|input| input.name == node.name).map(|input| &input.transform);
+    let Some(transform) = transform else { return (None, Some("as the network reads it")) };
+    match reading(transform, &card.spec.shape, &node.shape) {
+        Some(reading) => (Some(reading), None),
+        None => (None, Some(words(transform))),
+    }
+}
+
+/// A linear baseline as a network behind its features.
+struct Linear {
+    graph: Graph,
+    weights: Weights,
+    front: Option<Front>,
+}
+
+/// Returns MiniRocket with ridge, or ridge, as a linear layer behind the features.
+fn linear(card: &Card, fitted: &Fitted, series: [usize; 2]) -> Result<Linear> {
+    let refuse = |reason: &str| Error::Export { model: card.name.clone(), reason: reason.into() };
+    let Some(LinearModel { features, weights: rows, bias }) = fitted.linear() else {
+        return Err(refuse(
+            "is a baseline that ONNX cannot say; networks, MiniRocket and ridge can be exported: use the model with \
+             `taxel predict`",
+        ));
+    };
+    let width = rows.len() / bias.len().max(1);
+    let net = Network::new(&card.name);
+    let flow = match features {
+        LinearFeatures::Readings => net.input(INPUT, &series).flatten(),
+        LinearFeatures::Rocket { .. } => net.input(INPUT, &[width]),
+    };
+    let graph = net.finish(&[(LOGITS, flow.linear(RIDGE, bias.len()))])?;
+    let mut weights = Weights::new();
+    let named = |part: &str| format!("{RIDGE}.{part}");
+    weights.insert(&named("weight"), Tensor { shape: vec![bias.len(), width], data: rows.to_vec() });
+    weights.insert(&named("bias"), Tensor { shape: vec![bias.len()], data: bias.to_vec() });
+    let [input] = &card.inputs[..] else { return Err(refuse("has several inputs")) };
+    let (mut steps, mut now) = (vec![], card.spec.shape.clone());
+    let Some(()) = add(&input.transform, &mut now, &mut steps).filter(|()| now == series) else {
+        return Err(refuse(&format!("reads {}, which ONNX cannot say", words(&input.transform))));
+    };
+    if let LinearFeatures::Rocket { convolutions, levels } = features {
+        let one = |conv: &Dilated| RocketConv {
+            dilation: conv.dilation,
+            twos: conv.twos,
+            channels: conv.channels.clone(),
+            biases: conv.biases.clone(),
+            counted: conv.counted.clone(),
+        };
+        let convolutions = convolutions.iter().map(one).collect();
+        steps.push(FrontStep::Rocket(RocketFeatures { convolutions, levels }));
+    }
+    Ok(Linear { graph, weights, front: Some(Front { shape: card.spec.shape.clone(), steps }) })
 }
 
 /// Returns a gate as ONNX computes it.
@@ -109,7 +187,7 @@ fn places(gate: &Seen) -> Vec<GatePlace> {
 }
 
 /// Returns facts for programs that run the file, as `metadata_props`.
-fn facts(card: &Card, loss: taxel_graph::Loss, inputs: &[ExportedInput]) -> Vec<(String, String)> {
+fn facts(card: &Card, loss: Option<Loss>, inputs: &[ExportedInput]) -> Vec<(String, String)> {
     let SampleSpec { unit, rate, full_scale, .. } = &card.spec;
     let classes = match &card.task.attributes()[..] {
         [] => json!(card.task.quantities()),
@@ -126,8 +204,8 @@ fn facts(card: &Card, loss: taxel_graph::Loss, inputs: &[ExportedInput]) -> Vec<
         ("taxel.version".to_string(), card.taxel.clone()),
         ("taxel.name".into(), card.name.clone()),
         (key.into(), classes.to_string()),
-        ("taxel.loss".into(), json!(loss).as_str().unwrap_or_default().into()),
     ];
+    facts.extend(loss.map(|loss| ("taxel.loss".into(), json!(loss).as_str().unwrap_or_default().into())));
     for input in inputs {
         let takes = match input.encoded {
             None => "raw readings".to_string(),
@@ -146,7 +224,7 @@ fn facts(card: &Card, loss: taxel_graph::Loss, inputs: &[ExportedInput]) -> Vec<
 }
 
 /// Returns the encoding as operations of ONNX before the network; none where ONNX has no such operations.
-fn reading(transform: &Transform, shape: &[usize], wanted: &[usize]) -> Option<taxel_onnx::Front> {
+fn reading(transform: &Transform, shape: &[usize], wanted: &[usize]) -> Option<Front> {
     let (mut steps, mut now) = (vec![], shape.to_vec());
     add(transform, &mut now, &mut steps)?;
     if now != wanted {
@@ -154,7 +232,7 @@ fn reading(transform: &Transform, shape: &[usize], wanted: &[usize]) -> Option<t
         steps.push(FrontStep::Reshape(wanted.to_vec()));
     }
     let fits = now.iter().product::<usize>() == wanted.iter().product::<usize>();
-    fits.then(|| taxel_onnx::Front { shape: shape.to_vec(), steps })
+    fits.then(|| Front { shape: shape.to_vec(), steps })
 }
 
 /// Adds the steps of a transform of readings of shape `now`, which becomes that of what comes out.
@@ -191,9 +269,26 @@ fn add(transform: &Transform, now: &mut Vec<usize>, steps: &mut Vec<FrontStep>) 
             steps.push(FrontStep::LessBaseline(*readings));
             add(then, now, steps)?;
         }
-        Transform::QuantileCode(_)
-        | Transform::Rocket(_)
-        | Transform::History { .. }
+        Transform::History { history, then } => {
+            channelled(2, now, steps)?;
+            let rows = history.shape(now[0]);
+            steps.push(FrontStep::History(history.lags.clone()));
+            *now = rows.to_vec();
+            add(then, now, steps)?;
+        }
+        Transform::QuantileCode(code) => {
+            channelled(2, now, steps)?;
+            let [rows, coded] = code.shape(now[0], now[1]);
+            let row = |view: &CodeView| CodeRow { mean: view.mean, sd: view.sd, edges: view.edges.clone() };
+            let ramps = rows / (code.views().len()).max(1) - 1;
+            steps.push(FrontStep::Code(Code {
+                rows: code.views().iter().map(row).collect(),
+                ramps,
+                steps: coded,
+            }));
+            *now = vec![rows, coded];
+        }
+        Transform::Rocket(_)
         | Transform::Field(_)
         | Transform::Picture { .. }
         | Transform::Reduced { .. }

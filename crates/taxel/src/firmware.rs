@@ -3,10 +3,15 @@
 use std::path::Path;
 
 use ndarray::{ArrayD, IxDyn};
-use taxel_data::{SampleSpec, Task};
+use taxel_baselines::{Fitted, LinearFeatures, LinearModel, Method as Baseline, Saved};
+use taxel_data::{Layout, SampleSpec, Task};
 use taxel_encodings::Scaling;
-use taxel_firmware::{Expected, Library, Samples, Size, write_folder};
+use taxel_firmware::{
+    Answers, Encoding, Expected, Features, Gate, Library, Linear, Method, Quantity, Samples, Size, Spread,
+    write_folder,
+};
 use taxel_graph::{Graph, Loss};
+use taxel_learn::certainty::{FALSE_ALARMS, Place, Seen};
 use taxel_learn::{Card, Model, ModelKind, Transform};
 use taxel_runtime::Blueprint;
 
@@ -14,6 +19,8 @@ use crate::error::{Error, Result};
 
 /// Samples of the test that goes with the C.
 const SAMPLES: usize = 200;
+/// The share of true values that intervals of the C hold.
+const SHARE: f64 = 0.9;
 
 /// A folder of C that was written.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -26,17 +33,14 @@ pub struct ExportedC {
     pub remarks: Vec<String>,
 }
 
-/// The parts of a card that become C.
-struct Exportable<'a> {
-    graph: &'a Graph,
-    ranges: &'a taxel_runtime::Ranges,
-    scaling: &'a Scaling,
-    sample: [usize; 2],
-    classes: &'a [String],
+/// What a model computes, read for C.
+enum Read {
+    Network(Box<Blueprint>),
+    Linear(Box<Fitted>),
 }
 
-/// Writes a model in eight bits as a folder of C99 for microcontrollers, whose predictions have the bits of
-/// [`Model::predict`]; without a `name` the library has the model's.
+/// Writes a network in eight bits, MiniRocket or ridge as a folder of C99 for microcontrollers, whose predictions have the bits
+/// of [`Model::predict`]; without a `name` the library has the model's.
 ///
 /// ```no_run
 /// let model = taxel::Model::open("small.safetensors".as_ref())?;
@@ -48,75 +52,200 @@ struct Exportable<'a> {
 /// # Errors
 /// A model that has no C of the same bits, with the reason, and a folder that cannot be written.
 pub fn export_c(model: &Model, folder: &Path, name: Option<&str>) -> Result<ExportedC> {
-    let card = model.card();
-    let Exportable { graph, ranges, scaling, sample, classes } = exportable(card)?;
-    let blueprint = Blueprint::new(graph, model.weights(), ranges).map_err(taxel_learn::Error::from)?;
-    let samples = Samples::new(SAMPLES, &walked(card, scaling, sample), sample[1]);
-    let expected = expected(model, &samples)?;
-    let SampleSpec { unit, rate, .. } = &card.spec;
-    let library = Library {
-        model: card.name.clone(),
-        classes: classes.to_vec(),
-        temperature: card.certainty.as_ref().map(|certainty| certainty.temperature),
-        about: card.to_string(),
-        remarks: remarks(card),
-        unit: unit.clone(),
-        rate: *rate,
-        ..Library::new(name.unwrap_or(&card.name), &blueprint, scaling, sample, samples, expected)
-    };
-    write_folder(folder, &library.files()?)?;
-    Ok(ExportedC { name: library.identifier(), size: library.size()?, remarks: library.remarks })
+    with_library(model, name, SAMPLES, |library| {
+        write_folder(folder, &library.files()?)?;
+        Ok(ExportedC { name: library.identifier(), size: library.size()?, remarks: library.remarks.clone() })
+    })
 }
 
-fn exportable(card: &Card) -> Result<Exportable<'_>> {
-    let refuse = |reason: String| Err(Error::Export { model: card.name.clone(), reason });
-    let ModelKind::Network { graph, loss, .. } = &card.kind else {
-        return refuse(
-            "is a baseline; only networks become C: `taxel choose` names the smallest that suffices".into(),
-        );
+/// Calls `then` with the library of a model, whose test has so many samples.
+pub(crate) fn with_library<T>(
+    model: &Model,
+    name: Option<&str>,
+    tested: usize,
+    then: impl FnOnce(&Library) -> Result<T>,
+) -> Result<T> {
+    let card = model.card();
+    let read = read(model)?;
+    let method = match &read {
+        Read::Network(blueprint) => Method::Network(blueprint),
+        Read::Linear(fitted) => linear(card, fitted)?,
     };
+    let answers = answers(card)?;
+    let (encoding, sample) = encoded(card)?;
+    let samples = Samples::new(tested, &walked(card, &encoding, sample), sample[1]);
+    let expected = if tested == 0 { Expected::default() } else { expected(model, &samples)? };
+    let SampleSpec { unit, rate, .. } = &card.spec;
+    let name = name.unwrap_or(&card.name);
+    then(&Library {
+        model: card.name.clone(),
+        about: card.to_string(),
+        remarks: remarks(card, &answers),
+        unit: unit.clone(),
+        rate: *rate,
+        ..Library::new(name, method, (encoding, sample), answers, samples, expected)
+    })
+}
+
+fn refusal(card: &Card, reason: String) -> Error {
+    Error::Export { model: card.name.clone(), reason }
+}
+
+fn read(model: &Model) -> Result<Read> {
+    let card = model.card();
+    match &card.kind {
+        ModelKind::Network { graph, .. } => network(model, graph).map(|read| Read::Network(Box::new(read))),
+        ModelKind::Baseline { method, series } => {
+            fitted(model, method, *series).map(|fitted| Read::Linear(Box::new(fitted)))
+        }
+    }
+}
+
+fn network(model: &Model, graph: &Graph) -> Result<Blueprint> {
+    let card = model.card();
     let Some(quantized) = &card.quantized else {
         let bytes = size_of::<f32>() * graph.parameter_count();
-        return refuse(format!(
-            "is in 32-bit floats ({bytes} bytes of weights), and C is printed of eight bits ({} bytes): write that model \
-             first with `taxel quantize MODEL --calibrate RECORDINGS --output SMALL`",
-            bytes / size_of::<f32>()
+        return Err(refusal(
+            card,
+            format!(
+                "is in 32-bit floats ({bytes} bytes of weights), and C is printed of eight bits ({} bytes): write that model \
+                 first with `taxel quantize MODEL --calibrate RECORDINGS --output SMALL`",
+                bytes / size_of::<f32>()
+            ),
         ));
     };
-    let (Task::Classes(classes), Loss::SoftmaxCrossEntropy) = (&card.task, loss) else {
-        return refuse(
-            "predicts something other than one class by a softmax, which C does not have yet".into(),
-        );
+    let blueprint = Blueprint::new(graph, model.weights(), &quantized.ranges);
+    Ok(blueprint.map_err(taxel_learn::Error::from)?)
+}
+
+/// Reads a baseline; its name stands in the refusal of one without C.
+pub(crate) fn fitted(model: &Model, method: &Baseline, series: [usize; 2]) -> Result<Fitted> {
+    let (card, mut saved) = (model.card(), Saved::default());
+    for (name, tensor) in model.weights().iter() {
+        saved.insert(name, &tensor.data);
+    }
+    let outputs = card.task.outputs();
+    let read = match &card.task {
+        Task::Values(_) => Fitted::read_values(method, series, outputs, &saved),
+        Task::Classes(_) => Fitted::read(method, series, outputs, &saved),
+        Task::Levels(_) => {
+            return Err(refusal(
+                card,
+                "is a baseline of several attributes, which only `taxel predict` knows".into(),
+            ));
+        }
     };
+    read.map_err(|source| taxel_learn::Error::Baseline { baseline: card.name.clone(), source }.into())
+}
+
+/// Returns the linear model of a baseline.
+fn linear<'f>(card: &Card, fitted: &'f Fitted) -> Result<Method<'f>> {
+    let Some(LinearModel { features, weights, bias }) = fitted.linear() else {
+        let reason = "is a baseline without C; networks in eight bits, MiniRocket and ridge have one: `taxel choose` names the \
+                      smallest that suffices";
+        return Err(refusal(card, reason.into()));
+    };
+    let features = match features {
+        LinearFeatures::Readings => Features::Readings,
+        LinearFeatures::Rocket { convolutions, levels } => Features::Rocket { convolutions, levels },
+    };
+    Ok(Method::Linear(Linear { features, weights, bias }))
+}
+
+/// Returns the encoding, and channels and time steps of a sample.
+fn encoded(card: &Card) -> Result<(Encoding<'_>, [usize; 2])> {
     let [input] = &card.inputs[..] else {
-        return refuse(format!("has {} inputs; C reads one", card.inputs.len()));
+        return Err(refusal(card, format!("has {} inputs; C reads one", card.inputs.len())));
     };
-    let (Transform::Signal(scaling), [_] | [_, _]) = (&input.transform, &card.spec.shape[..]) else {
+    let (Some(encoding), [_] | [_, _]) = (encoding(&input.transform), &card.spec.shape[..]) else {
         let words = crate::export::words(&input.transform);
-        return refuse(format!(
-            "reads {words}; C scales series (raw, full-scale or z-score) and has no other encoding yet"
+        return Err(refusal(
+            card,
+            format!(
+                "reads {words}; C scales series (raw, full-scale or z-score), makes their quantile code or their history, and \
+                 has no other encoding"
+            ),
         ));
     };
     let sample = match card.spec.shape[..] {
         [channels, steps] => [channels, steps],
         _ => [1, card.spec.shape.iter().product()],
     };
-    Ok(Exportable { graph, ranges: &quantized.ranges, scaling, sample, classes })
+    Ok((encoding, sample))
+}
+
+/// Returns what the C answers.
+fn answers(card: &Card) -> Result<Answers> {
+    let loss = match &card.kind {
+        ModelKind::Network { loss, .. } => Some(*loss),
+        ModelKind::Baseline { .. } => None,
+    };
+    match (&card.task, loss) {
+        (Task::Classes(classes), None | Some(Loss::SoftmaxCrossEntropy)) => Ok(Answers::Classes {
+            names: classes.clone(),
+            temperature: card.certainty.as_ref().map(|certainty| certainty.temperature),
+            gate: gate(card),
+        }),
+        (Task::Values(quantities), loss) => {
+            let named = |quantity: &taxel_data::Quantity| Quantity {
+                name: quantity.name.clone(),
+                unit: quantity.unit.clone(),
+            };
+            let spread = match loss {
+                Some(Loss::GaussianLikelihood) => Spread::LogVariance,
+                Some(Loss::Quantiles) => Spread::Quantiles,
+                _ => Spread::Alike,
+            };
+            let at = card.intervals.as_ref().and_then(|intervals| intervals.at(SHARE));
+            let half = at.map(|at| at.half.clone());
+            Ok(Answers::Values { quantities: quantities.iter().map(named).collect(), spread, half })
+        }
+        (Task::Classes(_) | Task::Levels(_), _) => Err(refusal(
+            card,
+            "predicts neither one class by a softmax nor values; C has nothing else yet".into(),
+        )),
+    }
+}
+
+/// Returns the gate of a model of one attribute, if it has one.
+fn gate(card: &Card) -> Option<Gate> {
+    let seen = card.certainty.as_ref()?.seen.as_ref()?;
+    let [Place { center, within, around, means }] = &seen.places[..] else { return None };
+    // The familiarity is (n + 1) hundredths where n of the hundred distances are as far.
+    let rank = (100.0 * FALSE_ALARMS).round() as usize;
+    let limit = *seen.distances.get(rank.checked_sub(1)?)?;
+    let [center, within, around, means] = [center, within, around, means].map(Vec::clone);
+    Some(Gate { center, within, around, means, limit })
+}
+
+/// Returns the encoding as C does it; none where it does not.
+fn encoding(transform: &Transform) -> Option<Encoding<'_>> {
+    match transform {
+        Transform::Signal(scaling) => Some(Encoding::Scaled(scaling)),
+        Transform::QuantileCode(code) => Some(Encoding::Code(code)),
+        Transform::History { history, then } => match &**then {
+            Transform::Signal(scaling) => Some(Encoding::History { history, scaling }),
+            _ => None,
+        },
+        // Nothing moves.
+        Transform::Series { layout: Layout::Features | Layout::Series, then } => encoding(then),
+        _ => None,
+    }
 }
 
 /// Returns the range of each channel that samples of the test stay in: that of the training.
-fn walked(card: &Card, scaling: &Scaling, [channels, _]: [usize; 2]) -> Vec<[f32; 2]> {
+fn walked(card: &Card, encoding: &Encoding, [channels, _]: [usize; 2]) -> Vec<[f32; 2]> {
     let seen = card.trained_on.ranges.channels();
     let finite = seen.iter().flatten().all(|value| value.is_finite());
     if finite && seen.len() == channels {
         return seen.to_vec();
     }
-    match scaling {
-        Scaling::Raw => vec![[-1.0, 1.0]; channels],
-        Scaling::FullScale { full_scale } => vec![[0.0, *full_scale]; channels],
-        Scaling::ZScore { mean, sd } => {
+    match encoding {
+        Encoding::Scaled(Scaling::FullScale { full_scale }) => vec![[0.0, *full_scale]; channels],
+        Encoding::Scaled(Scaling::ZScore { mean, sd }) => {
             mean.iter().zip(sd).map(|(mean, sd)| [mean - 3.0 * sd, mean + 3.0 * sd]).collect()
         }
+        _ => vec![[-1.0, 1.0]; channels],
     }
 }
 
@@ -128,18 +257,33 @@ fn expected(model: &Model, samples: &Samples) -> Result<Expected> {
     let x =
         ArrayD::from_shape_vec(IxDyn(&shape), samples.values()).map_err(|error| refuse(error.to_string()))?;
     let predictor = model.predictor(1, 1)?.guarded(None)?;
-    let logits = predictor.logits(&x)?;
-    let probabilities = predictor.finished(logits.clone());
-    Ok(Expected { logits, probabilities })
+    let seen = gate(card).and(card.certainty.as_ref()).and_then(|certainty| certainty.seen.as_ref());
+    let (outputs, predictions) = (predictor.logits(&x)?, predictor.predict(&x)?);
+    let mut ends = [vec![], vec![]];
+    for [low, high] in (0..samples.count).filter_map(|i| predictions.intervals(i, SHARE)).flatten() {
+        ends[0].push(low);
+        ends[1].push(high);
+    }
+    let mut scratch = vec![];
+    let mut measured = |seen: &Seen| -> Vec<(f32, bool)> {
+        let rows = outputs.chunks_exact(card.task.outputs()).enumerate();
+        rows.map(|(i, row)| {
+            (seen.distance(row, &mut scratch) as f32, predictions.is_unknown(i, FALSE_ALARMS))
+        })
+        .collect()
+    };
+    let gate = seen.map_or(vec![], &mut measured);
+    Ok(Expected { outputs, answers: predictions.outputs, ends, gate })
 }
 
-fn remarks(card: &Card) -> Vec<String> {
+fn remarks(card: &Card, answers: &Answers) -> Vec<String> {
     let mut remarks = vec![];
     if card.guard.is_some() {
         remarks
             .push("The model's guard is not in the C: broken channels reach the network as they are.".into());
     }
-    if card.certainty.as_ref().is_some_and(|certainty| certainty.seen.is_some()) {
+    let has_gate = card.certainty.as_ref().is_some_and(|certainty| certainty.seen.is_some());
+    if has_gate && !matches!(answers, Answers::Classes { gate: Some(_), .. }) {
         remarks.push("The model's gate is not in the C: it does not say whether a sample is like those of the training.".into());
     }
     if card.spec.length.is_some() || card.spec.tare.is_some() {

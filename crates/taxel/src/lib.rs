@@ -80,6 +80,8 @@ mod export;
 #[cfg(feature = "lab")]
 mod firmware;
 #[cfg(feature = "lab")]
+mod footprint;
+#[cfg(feature = "lab")]
 mod listing;
 pub mod panics;
 #[cfg(feature = "lab")]
@@ -93,10 +95,14 @@ pub use export::{Exported, ExportedInput, export};
 #[cfg(feature = "lab")]
 pub use firmware::{ExportedC, export_c};
 #[cfg(feature = "lab")]
+pub use footprint::{Footprint, footprint, room};
+#[cfg(feature = "lab")]
 pub use listing::{costs, listing};
 pub use ndarray;
 #[cfg(feature = "lab")]
 pub use progress::IndicatifProgress;
+#[cfg(feature = "lab")]
+pub use taxel_firmware::Core;
 
 pub use taxel_baselines::Method as Baseline;
 pub use taxel_data::{Attribute, Dataset, Labels, Layout, Length, ReadOptions, SampleSpec, Source, load};

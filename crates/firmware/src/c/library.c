@@ -10,83 +10,35 @@ typedef char taxel_@name@_has_floats_of_32_bits[sizeof(float) == 4u ? 1 : -1];
 typedef char taxel_@name@_workspace_is_large_enough[sizeof(float) * TAXEL_@NAME@_WORKSPACE >= @arena@u ? 1 : -1];
 typedef char taxel_@name@_states_its_ram[sizeof(float) * TAXEL_@NAME@_WORKSPACE == TAXEL_@NAME@_RAM_BYTES ? 1 : -1];
 
+#define OUTPUTS @outputs@u
+
 @kernels@
 @tables@
-const char *const taxel_@name@_class_names[TAXEL_@NAME@_CLASSES] = {
-@classes@};
-
-/* One value of a sample, as the first layer reads it. */
+/* One value of the input, as the first layer reads it. */
 typedef @reading@ reading;
 
-@taken@
-static inline void put(float *arena, uint32_t channel, uint32_t step, reading value)
+@encoding@
+/* Runs all layers behind the input, which lies in the arena. */
+static void run(float *arena, float *outputs)
 {
-    reading *to = (reading *)arena;
-    to[@stage_to@u + channel * @by_channel@u + step * @by_step@u] = value;
+@stage_margins@@calls@    memcpy(outputs, (const int8_t *)arena + @logits@, sizeof(float) * OUTPUTS);
 }
 
-static int stage(const float *sample, float *arena)
+/* Computes the outputs of one sample. */
+static int outputs_of(float *arena, const float *sample, float *outputs)
 {
-    uint32_t channel, step;
-    for (channel = 0; channel < TAXEL_@NAME@_CHANNELS; channel++) {
-        for (step = 0; step < TAXEL_@NAME@_STEPS; step++) {
-            const float x = sample[channel * TAXEL_@NAME@_STEPS + step];
-            if (!is_finite(x)) {
-                return TAXEL_@NAME@_NOT_FINITE;
-            }
-            put(arena, channel, step, taken(x, channel));
-        }
-    }
-    return 0;
-}
-
-/* Runs all layers behind the sample, which lies in the arena. */
-static void run(float *arena, float *logits)
-{
-@stage_margins@@calls@    memcpy(logits, (const int8_t *)arena + @logits@, sizeof(float) * TAXEL_@NAME@_CLASSES);
-}
-
-static void decide(float *row)
-{
-    softmax(row, TAXEL_@NAME@_CLASSES);
-@temper@}
-
-int taxel_@name@_logits_in(float workspace[TAXEL_@NAME@_WORKSPACE], const float sample[TAXEL_@NAME@_VALUES],
-                           float logits[TAXEL_@NAME@_CLASSES])
-{
-    const int outcome = stage(sample, workspace);
+    const int outcome = stage(sample, arena);
     if (outcome == 0) {
-        run(workspace, logits);
-    }
-    return outcome;
-}
-
-int taxel_@name@_predict_in(float workspace[TAXEL_@NAME@_WORKSPACE], const float sample[TAXEL_@NAME@_VALUES],
-                            float probabilities[TAXEL_@NAME@_CLASSES])
-{
-    const int outcome = taxel_@name@_logits_in(workspace, sample, probabilities);
-    if (outcome == 0) {
-        decide(probabilities);
+        run(arena, outputs);
     }
     return outcome;
 }
 
 #ifndef TAXEL_@NAME@_NO_STATIC
 
-static float workspace[TAXEL_@NAME@_WORKSPACE];
-
-int taxel_@name@_logits(const float sample[TAXEL_@NAME@_VALUES], float logits[TAXEL_@NAME@_CLASSES])
-{
-    return taxel_@name@_logits_in(workspace, sample, logits);
-}
-
-int taxel_@name@_predict(const float sample[TAXEL_@NAME@_VALUES], float probabilities[TAXEL_@NAME@_CLASSES])
-{
-    return taxel_@name@_predict_in(workspace, sample, probabilities);
-}
-
+static float own_workspace[TAXEL_@NAME@_WORKSPACE];
 /* The last time steps, the oldest at `oldest`. */
-static reading ring[TAXEL_@NAME@_VALUES];
+static kept ring[TAXEL_@NAME@_RING_STEPS * TAXEL_@NAME@_CHANNELS];
 static uint32_t oldest, held;
 
 void taxel_@name@_clear(void)
@@ -104,30 +56,26 @@ int taxel_@name@_push(const float step[TAXEL_@NAME@_CHANNELS])
         }
     }
     for (channel = 0; channel < TAXEL_@NAME@_CHANNELS; channel++) {
-        ring[oldest * TAXEL_@NAME@_CHANNELS + channel] = taken(step[channel], channel);
+        ring[oldest * TAXEL_@NAME@_CHANNELS + channel] = kept_of(step[channel], channel);
     }
-    oldest = oldest + 1u < TAXEL_@NAME@_STEPS ? oldest + 1u : 0u;
-    held += held < TAXEL_@NAME@_STEPS ? 1u : 0u;
+    oldest = oldest + 1u < TAXEL_@NAME@_RING_STEPS ? oldest + 1u : 0u;
+    held += held < TAXEL_@NAME@_RING_STEPS ? 1u : 0u;
     return 0;
 }
 
-int taxel_@name@_ready(void) { return held == TAXEL_@NAME@_STEPS; }
+int taxel_@name@_ready(void) { return held == TAXEL_@NAME@_RING_STEPS; }
 
-int taxel_@name@_predict_latest(float probabilities[TAXEL_@NAME@_CLASSES])
+/* Computes the outputs of the last time steps. */
+static int outputs_of_ring(float *outputs)
 {
-    uint32_t channel, step;
-    if (held != TAXEL_@NAME@_STEPS) {
+    if (held != TAXEL_@NAME@_RING_STEPS) {
         return TAXEL_@NAME@_NOT_READY;
     }
-    for (step = 0; step < TAXEL_@NAME@_STEPS; step++) {
-        const uint32_t from = (oldest + step) % TAXEL_@NAME@_STEPS * TAXEL_@NAME@_CHANNELS;
-        for (channel = 0; channel < TAXEL_@NAME@_CHANNELS; channel++) {
-            put(workspace, channel, step, ring[from + channel]);
-        }
-    }
-    run(workspace, probabilities);
-    decide(probabilities);
+    stage_ring(ring, oldest, own_workspace);
+    run(own_workspace, outputs);
     return 0;
 }
 
 #endif
+
+@answers@

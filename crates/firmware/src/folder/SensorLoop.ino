@@ -1,4 +1,4 @@
-// Reads one time step of the sensor after the other and prints the class of the last @steps@ of them.
+// Reads one time step of the sensor after the other and prints what the model says of the last ones.
 #include <taxel_@name@.h>
 
 // Time between two time steps in microseconds@rate@.
@@ -27,17 +27,6 @@ void loop() {
   if (taxel_@name@_push(step) != 0 || !taxel_@name@_ready()) {
     return;
   }
-  float probabilities[TAXEL_@NAME@_CLASSES];
-  taxel_@name@_predict_latest(probabilities);
-  unsigned int best = 0;
-  for (unsigned int i = 1; i < TAXEL_@NAME@_CLASSES; i++) {
-    if (probabilities[i] > probabilities[best]) {
-      best = i;
-    }
-  }
-  Serial.print(taxel_@name@_class_names[best]);
-  Serial.print(' ');
-  Serial.println(probabilities[best]);
-  // The next prediction needs new time steps alone.
+@print@  // The next prediction needs new time steps alone.
   taxel_@name@_clear();
 }

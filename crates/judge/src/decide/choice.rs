@@ -85,6 +85,10 @@ pub(super) fn decide(
         words: vec![],
     };
     choice.words = choice_words(&choice, judgement, &hardening(judgement)?);
+    let room = criteria.room.as_ref().zip(choice.chosen.as_deref());
+    if let Some(words) = room.and_then(|(room, chosen)| room.words(chosen)) {
+        choice.words.insert(1, words);
+    }
     Ok(choice)
 }
 
@@ -166,6 +170,9 @@ fn refusal(
     }
     if cost(row, criteria.cost).is_none() {
         return Some("was not timed: its speed is not known".into());
+    }
+    if let Some(reason) = criteria.room.as_ref().and_then(|room| room.refusal(&row.results.network)) {
+        return Some(reason);
     }
     match (criteria.max_loss, mean_loss) {
         (Some(most), Some(loss)) if loss > most => {

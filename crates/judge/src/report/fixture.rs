@@ -152,6 +152,7 @@ pub(super) fn choice() -> Choice {
         max_loss: None,
         margin: Some(5.0),
         clean_only: false,
+        room: None,
     };
     let evidence = |network: &str, difference: f64| Evidence {
         network: network.into(),

@@ -5,6 +5,7 @@ use taxel_faults::Fault;
 use taxel_learn::require;
 
 use super::primary::Primary;
+use super::room::Room;
 use crate::error::Result;
 
 /// A loss that would matter, in percentage points or in % of what knowing nothing scores.
@@ -41,6 +42,9 @@ pub struct Criteria {
     /// common fault ([`COMMON_FAULTS`]) is chosen only where nothing steadier suffices. Default false.
     #[serde(default)]
     pub clean_only: bool,
+    /// The microcontroller that it has to fit; none: any will do.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub room: Option<Room>,
 }
 
 /// The faults that any sensor meets: noise, drift of the offset, another gain after re-mounting, dead taxels or channels,
@@ -125,7 +129,14 @@ pub struct Choice {
 
 impl Default for Criteria {
     fn default() -> Self {
-        Criteria { cost: CostKind::Latency, alpha: 0.05, max_loss: None, margin: None, clean_only: false }
+        Criteria {
+            cost: CostKind::Latency,
+            alpha: 0.05,
+            max_loss: None,
+            margin: None,
+            clean_only: false,
+            room: None,
+        }
     }
 }
 
@@ -147,7 +158,7 @@ impl Criteria {
             let reason = reason("must be in 0..=100 percentage points", "must be 0 or more");
             require((0.0..=most).contains(&loss), "max_loss", loss, reason)?;
         }
-        Ok(())
+        self.room.as_ref().map_or(Ok(()), Room::check)
     }
 
     /// Returns the given margin, or the default for that metric where knowing nothing scores `chance`.

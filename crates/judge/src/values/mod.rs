@@ -12,6 +12,7 @@ mod example;
 mod hardening;
 mod judgement;
 mod primary;
+mod room;
 mod speed;
 mod stress;
 mod survey;
@@ -27,6 +28,7 @@ pub use example::{Example, Verdict};
 pub use hardening::{Change, Hardened, UnseenFault};
 pub use judgement::{EpochPoint, Judged, Judgement};
 pub use primary::{Primary, named_scores};
+pub use room::{Need, Room};
 pub use speed::Speed;
 pub use stress::{
     Alarms, FaultCurve, FaultInfo, FoldLoss, NetworkStress, OtherWay, Score, SensorRange, Stress,

@@ -1,5 +1,6 @@
 //! How far from its answer a network itself expects the true value to lie.
 
+use taxel_base::exponential;
 use taxel_graph::Loss;
 
 /// Smallest distance, so that errors can be counted in it.
@@ -22,7 +23,7 @@ pub fn spread(loss: Loss, outputs: &[f32], quantities: usize) -> Vec<f32> {
 /// Returns the distances below and above the answer to one quantity; 1 where the loss says nothing of it.
 pub fn around(loss: Loss, row: &[f32], quantities: usize, at: usize) -> [f32; 2] {
     match loss {
-        Loss::GaussianLikelihood => [(0.5 * row[quantities + at]).exp().max(LEAST); 2],
+        Loss::GaussianLikelihood => [exponential::exp(0.5 * row[quantities + at]).max(LEAST); 2],
         Loss::Quantiles => {
             let (lower, upper) = (row[quantities + at], row[2 * quantities + at]);
             [(row[at] - lower).max(LEAST), (upper - row[at]).max(LEAST)]

@@ -1,5 +1,8 @@
 //! The steps from raw samples to the network, as far as ONNX can say them.
 
+use super::code::Code;
+use super::history::history;
+use super::rocket::RocketFeatures;
 use super::sink::{Sink, ints, sizes};
 use crate::error::Cause;
 
@@ -28,6 +31,12 @@ pub enum FrontStep {
         /// One per channel, or one for all; above 0.
         divisor: Vec<f32>,
     },
+    /// `[C, T]` as the last reading of each channel and its differences to readings so many steps before, `[rows, 1]`.
+    History(Vec<usize>),
+    /// `[C, T]` as its quantile code `[rows, steps]`.
+    Code(Code),
+    /// `[C, T]` as MiniRocket's features `[features]`.
+    Rocket(RocketFeatures),
 }
 
 impl Front {
@@ -69,6 +78,32 @@ impl Front {
                     }
                     value = scaled(sink, name, value, shape.len(), (offset, divisor));
                 }
+                FrontStep::History(lags) => {
+                    let &[channels, length] = &shape[..] else {
+                        return refuse(format!("{shape:?} is no series"));
+                    };
+                    if lags.iter().any(|lag| *lag >= length) {
+                        return refuse(format!("{shape:?} does not reach back {lags:?}"));
+                    }
+                    value = history(sink, name, &value, [channels, length], lags);
+                    shape = vec![channels * (1 + lags.len()), 1];
+                }
+                FrontStep::Code(code) => {
+                    let series = series(&shape).and_then(|series| Some((series, code.shape(series)?)));
+                    let Some(([_, length], coded)) = series else {
+                        return refuse(format!("{shape:?} has another quantile code"));
+                    };
+                    value = code.emit(sink, name, &value, length);
+                    shape = coded.to_vec();
+                }
+                FrontStep::Rocket(rocket) => {
+                    let series = series(&shape).and_then(|series| Some((series, rocket.width(series)?)));
+                    let Some((series, width)) = series else {
+                        return refuse(format!("{shape:?} has other features"));
+                    };
+                    value = rocket.emit(sink, name, &value, series);
+                    shape = vec![width];
+                }
             }
         }
         if shape != wanted {
@@ -76,6 +111,11 @@ impl Front {
         }
         Ok(value)
     }
+}
+
+/// Returns channels and length of a series.
+fn series(shape: &[usize]) -> Option<[usize; 2]> {
+    shape.try_into().ok()
 }
 
 /// Returns the shape with its axes in another order, if `order` names each of them once.

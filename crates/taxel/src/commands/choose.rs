@@ -8,6 +8,7 @@ use taxel::judge::{Across, Choice, CostKind, Criteria, Evidence, Judgement, acro
 use taxel::reporting::open;
 
 use crate::CommandResult;
+use crate::commands::arguments::bytes::bytes;
 use crate::commands::arguments::output_format::OutputFormat;
 use crate::commands::arguments::threads::Threads;
 use crate::commands::judging::{judgement, stress_options};
@@ -27,6 +28,9 @@ use crate::{out, outln};
 /// Methods that lose half of their margin above chance at severity 1 of a common fault (noise, drift, gain, dead, jitter) are
 /// chosen only where nothing steadier suffices, unless --clean-only. That needs faults measured: by taxel report.
 ///
+/// With --max-flash or --max-ram only what fits a microcontroller as C is chosen: networks in eight bits (`taxel quantize RUN`
+/// adds them), MiniRocket and ridge. What does not fit is named with its bytes (docs/firmware.md).
+///
 /// Speed is measured on this machine unless the run folder holds a judgement.json; --max-loss corrupts test
 /// samples on purpose first. Five or more RUNs that share networks are ranked together too (Friedman, with
 /// Nemenyi's critical difference).
@@ -36,6 +40,7 @@ use crate::{out, outln};
 #[command(after_help = "Examples:  taxel choose runs/quickstart
            taxel choose runs/quickstart --by size --margin 2
            taxel choose runs/quickstart --max-loss 20
+           taxel choose runs/glove --max-flash 64k --max-ram 16k
            taxel choose runs/ucr-* --format json > choices.json")]
 pub struct Choose {
     /// Run folders.
@@ -57,6 +62,12 @@ pub struct Choose {
     /// Chooses by clean samples alone, whatever common faults do.
     #[arg(long)]
     clean_only: bool,
+    /// Flash of a microcontroller that it has to fit as C, code and tables: 64k, 1M, or bytes.
+    #[arg(long, value_name = "BYTES", value_parser = bytes)]
+    max_flash: Option<u64>,
+    /// RAM of a microcontroller that it has to fit as C, workspace and time steps: 16k, or bytes. Stack is left out.
+    #[arg(long, value_name = "BYTES", value_parser = bytes)]
+    max_ram: Option<u64>,
     #[command(flatten)]
     format: OutputFormat,
     #[command(flatten)]
@@ -77,8 +88,8 @@ impl Choose {
             By::Size => CostKind::Size,
             By::Macs => CostKind::Macs,
         };
-        let Choose { alpha, max_loss, margin, clean_only, .. } = self;
-        let criteria = Criteria { cost, alpha, max_loss, margin, clean_only };
+        let Choose { alpha, max_loss, margin, clean_only, max_flash, max_ram, .. } = self;
+        let mut criteria = Criteria { cost, alpha, max_loss, margin, clean_only, room: None };
         leave_with("stopped; what was measured is in judgement.json: the same command goes on")?;
         let stress = match criteria.max_loss {
             Some(_) => Some(stress_options(self.threads.count()?)),
@@ -87,6 +98,9 @@ impl Choose {
         let (mut judgements, mut choices) = (vec![], vec![]);
         for path in &self.run {
             let case = open(path)?;
+            if max_flash.or(max_ram).is_some() {
+                criteria.room = Some(taxel::room(&case, max_flash, max_ram)?);
+            }
             criteria.check(&case.primary())?;
             let judgement = judgement(&case, stress.clone())?;
             let choice = choose(&case, &judgement, &criteria)?;

@@ -3,11 +3,13 @@
 use std::process::ExitCode;
 
 use clap::Args;
+use clap::builder::PossibleValuesParser;
 use taxel::base::thousands;
+use taxel::{Core, Footprint, Model};
 use taxel_graph::Op;
 
 use crate::CommandResult;
-use crate::commands::arguments::network::named;
+use crate::commands::arguments::network::{existing, is_file, named};
 use crate::commands::arguments::output_format::OutputFormat;
 use crate::terminal::tables;
 use crate::{out, outln};
@@ -17,20 +19,30 @@ use crate::{out, outln};
 /// A MAC is one multiply-accumulate of a convolution, linear or recurrent layer; FLOPs are 2 MACs plus one
 /// addition per bias and output value. Everything is for one sample in 32-bit floats. Layers have the numbers that ranges
 /// of layers to freeze use, dropout left out: MATLAB's numbers in mobilenet-v2.
+///
+/// With --target a model in eight bits, MiniRocket or ridge says how much flash and RAM it takes as C on a microcontroller, and
+/// about how many instructions one prediction takes. Instructions are not cycles (docs/firmware.md).
 #[derive(Args)]
-#[command(after_help = "Example:  taxel cost hybrid-resvgg --set classes=28")]
+#[command(after_help = "Examples:  taxel cost hybrid-resvgg --set classes=28
+           taxel cost small.safetensors --target m4f")]
 pub struct Cost {
     /// A network of `taxel zoo`; or a file: `.onnx`, or a `.safetensors` with a network or model in it.
     model: String,
     /// A setting of the network in place of its default: key=value; may be given several times.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
+    /// A microcontroller's core: flash, RAM and instructions of the model as C.
+    #[arg(long, value_name = "CORE", value_parser = PossibleValuesParser::new(Core::ALL.map(Core::name)))]
+    target: Option<String>,
     #[command(flatten)]
     format: OutputFormat,
 }
 
 impl Cost {
     pub fn run(self) -> CommandResult {
+        if let Some(core) = self.target.as_deref().and_then(core) {
+            return self.on(core);
+        }
         let (graph, _) = named(&self.model, &self.set)?;
         let total = graph.cost();
         if self.format.is_json() {
@@ -65,4 +77,41 @@ impl Cost {
         );
         Ok(ExitCode::SUCCESS)
     }
+
+    /// Prints what the model takes on a core.
+    fn on(&self, core: Core) -> CommandResult {
+        if !self.set.is_empty() || !is_file(&self.model) {
+            return Err(
+                "--target counts a model file, which has its own settings: name one that `taxel fit` made"
+                    .into(),
+            );
+        }
+        let model = Model::open(existing(&self.model)?)?;
+        let footprint = taxel::footprint(&model, core)?;
+        if self.format.is_json() {
+            outln!("{}", serde_json::to_string_pretty(&footprint)?);
+            return Ok(ExitCode::SUCCESS);
+        }
+        let Footprint { flash_bytes, table_bytes, ram_bytes, ring_bytes, products, instructions, .. } =
+            footprint;
+        let [flash, tables, ram, ring] = [flash_bytes, table_bytes, ram_bytes, ring_bytes].map(thousands);
+        outln!("{} on {core}, as C", model.card().name);
+        let soft = if core.has_floats() { "" } else { "; the compiler's float routines come on top" };
+        outln!("flash         about {flash} bytes, of which {tables} are tables{soft}");
+        outln!("RAM           {ram} bytes, and {ring} for the time steps of push");
+        outln!("products      {}", thousands(products));
+        match instructions {
+            Some(count) => outln!(
+                "instructions  about {} of one prediction, {:.2} per product; instructions, not cycles",
+                thousands(count),
+                count as f64 / products.max(1) as f64
+            ),
+            None => outln!("instructions  not counted for this kind of model"),
+        }
+        Ok(ExitCode::SUCCESS)
+    }
+}
+
+fn core(name: &str) -> Option<Core> {
+    Core::ALL.into_iter().find(|core| core.name() == name)
 }

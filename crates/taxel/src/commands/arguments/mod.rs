@@ -2,6 +2,8 @@
 
 #[cfg(feature = "lab")]
 pub mod budget;
+#[cfg(feature = "lab")]
+pub mod bytes;
 pub mod certainty;
 pub mod model_recordings;
 #[cfg(feature = "lab")]

@@ -1,0 +1,279 @@
+//! What a library answers: classes with probabilities, or values with intervals, as C.
+
+use taxel_base::exponential::{LN, MOST};
+
+use crate::gate::Gate;
+use crate::literals::{comment, double, float, text};
+
+/// What a library answers.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Answers {
+    /// One class, by the softmax of the outputs.
+    Classes {
+        /// Names of the classes.
+        names: Vec<String>,
+        /// The temperature that divides the logits, of a calibrated model.
+        temperature: Option<f64>,
+        /// Tells samples unlike those of the training, of a model that has a gate.
+        gate: Option<Gate>,
+    },
+    /// Values: the first outputs, in the unit of the targets.
+    Values {
+        /// Names and units.
+        quantities: Vec<Quantity>,
+        /// What the outputs behind the values say of their errors.
+        spread: Spread,
+        /// Half the width of the 90 % interval of each value, of a model that has intervals: in its unit, or in spreads.
+        half: Option<Vec<f64>>,
+    },
+}
+
+/// A value's name and unit.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Quantity {
+    /// `force`.
+    pub name: String,
+    /// `N`, where it is known.
+    pub unit: Option<String>,
+}
+
+/// What the outputs behind the values say of how far these are off.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Spread {
+    /// There are none: all samples are off alike.
+    Alike,
+    /// The logarithm of a variance for each value.
+    LogVariance,
+    /// A lower quantile of each value, then an upper one of each.
+    Quantiles,
+}
+
+/// The least distance that a network may say.
+const LEAST_SPREAD: f32 = 1e-12;
+
+impl Answers {
+    /// Makes classes without a temperature.
+    pub fn classes(names: Vec<String>) -> Self {
+        Answers::Classes { names, temperature: None, gate: None }
+    }
+
+    /// Returns the number of classes or values.
+    pub fn count(&self) -> usize {
+        match self {
+            Answers::Classes { names, .. } => names.len(),
+            Answers::Values { quantities, .. } => quantities.len(),
+        }
+    }
+
+    /// Returns the outputs that the network has to have.
+    pub fn outputs(&self) -> usize {
+        let each = match self {
+            Answers::Classes { .. } | Answers::Values { spread: Spread::Alike, .. } => 1,
+            Answers::Values { spread: Spread::LogVariance, .. } => 2,
+            Answers::Values { spread: Spread::Quantiles, .. } => 3,
+        };
+        each * self.count()
+    }
+
+    /// Checks whether values have intervals.
+    pub(crate) fn has_intervals(&self) -> bool {
+        matches!(self, Answers::Values { half: Some(_), .. })
+    }
+
+    /// Says in words what is predicted.
+    pub(crate) fn words(&self) -> String {
+        match self {
+            Answers::Classes { names, .. } => format!("one of {} classes", names.len()),
+            Answers::Values { quantities, .. } => {
+                let one = |Quantity { name, unit }: &Quantity| match unit {
+                    Some(unit) => format!("{name} in {unit}"),
+                    None => name.clone(),
+                };
+                quantities.iter().map(one).collect::<Vec<_>>().join(", ")
+            }
+        }
+    }
+
+    /// Returns the bytes of names and tables.
+    pub(crate) fn table_bytes(&self) -> usize {
+        let names = |name: &String| name.len() + 1 + size_of::<u32>();
+        match self {
+            Answers::Classes { names: all, temperature, gate } => {
+                let exponential = size_of_val(&taxel_base::exponential::EXP);
+                let temper = temperature.map_or(0, |_| size_of_val(&LN));
+                let gate = gate.as_ref().map_or(0, Gate::table_bytes);
+                all.iter().map(names).sum::<usize>() + exponential + temper + gate
+            }
+            Answers::Values { quantities, half, .. } => {
+                let one = |quantity: &Quantity| {
+                    names(&quantity.name) + quantity.unit.as_ref().map_or(names(&String::new()), names)
+                };
+                let half = half.as_ref().map_or(0, |half| 8 * half.len());
+                quantities.iter().map(one).sum::<usize>() + half
+            }
+        }
+    }
+
+    /// Returns about the bytes of the code: softmax, temperature, intervals.
+    pub(crate) fn code_bytes(&self) -> usize {
+        match self {
+            Answers::Classes { temperature, gate, .. } => {
+                400 + temperature.map_or(0, |_| 500) + gate.as_ref().map_or(0, |_| 1200)
+            }
+            Answers::Values { half: None, .. } => 100,
+            // Doubles are software on most cores.
+            Answers::Values { spread: Spread::LogVariance, .. } => 1500,
+            Answers::Values { .. } => 1200,
+        }
+    }
+
+    /// Writes the part of the header: macros and functions.
+    pub(crate) fn header(&self) -> String {
+        match self {
+            Answers::Classes { gate: Some(_), .. } => {
+                format!("{}{}", include_str!("c/answers/classes.h"), include_str!("c/answers/gate.h"))
+            }
+            Answers::Classes { gate: None, .. } => include_str!("c/answers/classes.h").into(),
+            Answers::Values { .. } if self.has_intervals() => {
+                format!("{}{}", include_str!("c/answers/values.h"), include_str!("c/answers/intervals.h"))
+            }
+            Answers::Values { .. } => include_str!("c/answers/values.h").into(),
+        }
+    }
+
+    /// Writes the functions that other parts of the library do not need: softmax, temperature.
+    pub(crate) fn helpers(&self) -> String {
+        match self {
+            Answers::Classes { temperature, .. } => exponential(*temperature),
+            Answers::Values { spread: Spread::LogVariance, half: Some(_), .. } => {
+                constants(first_function(include_str!("c/softmax.c")))
+            }
+            Answers::Values { .. } => String::new(),
+        }
+    }
+
+    /// Writes names and the functions that answer.
+    pub(crate) fn source(&self) -> String {
+        match self {
+            Answers::Classes { names, temperature, gate } => {
+                let temper = temperature.map_or("", |_| "    temper(row, TAXEL_@NAME@_CLASSES);\n");
+                let plain = include_str!("c/answers/classes.c")
+                    .replace("@classes@", &quoted(names.iter()))
+                    .replace("@temper@", temper);
+                plain + &gate.as_ref().map_or(String::new(), Gate::text)
+            }
+            Answers::Values { quantities, spread, half } => {
+                let units = quantities.iter().map(|quantity| quantity.unit.as_deref().unwrap_or_default());
+                let plain = include_str!("c/answers/values.c")
+                    .replace("@quantities@", &quoted(quantities.iter().map(|quantity| &quantity.name)))
+                    .replace("@units@", &quoted(units));
+                half.as_ref().map_or(plain.clone(), |half| plain + &intervals(*spread, half))
+            }
+        }
+    }
+
+    /// Writes the part of the test that predicts samples.
+    pub(crate) fn check(&self) -> String {
+        match self {
+            Answers::Classes { gate, .. } => {
+                let gate = gate.as_ref().map_or("", |_| include_str!("c/answers/check_gate.c"));
+                include_str!("c/answers/check_classes.c").replace("        @gate@\n", gate)
+            }
+            Answers::Values { .. } if self.has_intervals() => include_str!("c/answers/check_values.c")
+                .replace("@intervals@", include_str!("c/answers/check_intervals.c").trim_end()),
+            Answers::Values { .. } => {
+                include_str!("c/answers/check_values.c").replace("    @intervals@\n", "")
+            }
+        }
+    }
+
+    /// Writes the last lines of the example, which print an answer.
+    pub(crate) fn example(&self) -> &'static str {
+        match self {
+            Answers::Classes { .. } => include_str!("folder/print_classes.ino"),
+            Answers::Values { .. } => include_str!("folder/print_values.ino"),
+        }
+    }
+
+    /// Writes how the library is called, for the README.
+    pub(crate) fn use_of(&self) -> String {
+        match self {
+            Answers::Classes { gate: Some(_), .. } => {
+                format!("{}{}", include_str!("folder/use_classes.md"), include_str!("folder/use_gate.md"))
+            }
+            Answers::Classes { gate: None, .. } => include_str!("folder/use_classes.md").into(),
+            Answers::Values { .. } if self.has_intervals() => {
+                format!("{}{}", include_str!("folder/use_values.md"), include_str!("folder/use_intervals.md"))
+            }
+            Answers::Values { .. } => include_str!("folder/use_values.md").into(),
+        }
+    }
+
+    /// Writes the row of the README's table.
+    pub(crate) fn row(&self) -> String {
+        match self {
+            Answers::Classes { names, .. } => {
+                format!("| classes | {}: {} |", names.len(), cell(&names.join(", ")))
+            }
+            Answers::Values { half, .. } => {
+                let intervals = half.as_ref().map_or("", |_| ", each with its 90 % interval");
+                format!("| values | {}: {}{intervals} |", self.count(), cell(&self.words()))
+            }
+        }
+    }
+}
+
+/// Makes a text fit a cell of a table.
+fn cell(text: &str) -> String {
+    comment(text).replace('|', "\\|")
+}
+
+/// Writes texts in quotes, one a line.
+fn quoted<T: AsRef<str>>(texts: impl Iterator<Item = T>) -> String {
+    texts.map(|one| format!("    {},\n", text(one.as_ref()))).collect()
+}
+
+fn intervals(spread: Spread, half: &[f64]) -> String {
+    let around = match spread {
+        Spread::Alike => include_str!("c/answers/alike.c"),
+        Spread::LogVariance => include_str!("c/answers/log_variance.c"),
+        Spread::Quantiles => include_str!("c/answers/quantiles.c"),
+    };
+    let half: Vec<String> = half.iter().map(|half| double(*half)).collect();
+    include_str!("c/answers/intervals.c")
+        .replace("@around@", around)
+        .replace("@half@", &half.join(", "))
+        .replace("@least@", &float(LEAST_SPREAD))
+        .replace("@most@", &float(MOST))
+}
+
+/// Returns the functions of a text up to the end of the first one.
+fn first_function(text: &str) -> &str {
+    text.find("\n}\n").map_or(text, |end| &text[..end + 3])
+}
+
+/// Writes softmax and temperature with their constants.
+fn exponential(temperature: Option<f64>) -> String {
+    let mut text = include_str!("c/softmax.c").to_string();
+    if let Some(temperature) = temperature {
+        let inverse = float((1.0 / temperature) as f32);
+        text += &include_str!("c/temper.c")
+            .replace("LN_COEFFICIENTS", &list(&LN))
+            .replace("INVERSE_TEMPERATURE", &inverse);
+    }
+    constants(&text)
+}
+
+fn list(values: &[f32]) -> String {
+    values.iter().map(|value| float(*value)).collect::<Vec<_>>().join(", ")
+}
+
+/// Fills in the numbers of the exponential.
+fn constants(text: &str) -> String {
+    use taxel_base::exponential::{EXP, LEAST, LN_2};
+    text.replace("EXP_COEFFICIENTS", &list(&EXP))
+        .replace("LN_2_HIGH", &float(LN_2[0]))
+        .replace("LN_2_LOW", &float(LN_2[1]))
+        .replace("LOG2_E", &float(std::f32::consts::LOG2_E))
+        .replace("EXP_LEAST", &float(LEAST))
+}

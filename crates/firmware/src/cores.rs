@@ -1,0 +1,125 @@
+//! What one prediction takes on different cores, estimated: instructions and flash.
+//!
+//! The numbers are fitted to those that QEMU counted (`docs/benchmarks/2026-11-28-firmware.md`), and a test holds both against
+//! each other.
+
+use std::fmt::{self, Display, Formatter};
+
+use crate::layer::{Layer, Work};
+
+/// A microcontroller's core.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Core {
+    /// Arm Cortex-M0, without floats in hardware.
+    M0,
+    /// Arm Cortex-M3, without floats in hardware.
+    M3,
+    /// Arm Cortex-M4 with FPU.
+    M4f,
+    /// Arm Cortex-M7 with FPU.
+    M7,
+    /// Arm Cortex-M33 with FPU.
+    M33,
+    /// Arm Cortex-M55; the loops are those of the M4.
+    M55,
+    /// RISC-V of 32 bits, without floats in hardware.
+    Rv32imac,
+    /// RISC-V of 32 bits with FPU.
+    Rv32imafc,
+}
+
+/// The operations of a network.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Counts {
+    /// Products of weights and values.
+    pub products: usize,
+    /// Sums that become bytes or floats.
+    pub sums: usize,
+    /// Values that other layers and the encoding read.
+    pub values: usize,
+}
+
+impl Counts {
+    /// Counts the operations of layers behind an encoding of so many operations.
+    pub fn of(layers: &[Layer], encoding: usize) -> Self {
+        let mut counts = Counts { products: 0, sums: 0, values: encoding };
+        for layer in layers {
+            counts.products += layer.work.macs();
+            let stored = layer.to.positions * layer.to.channels;
+            match &layer.work {
+                Work::Conv(_) | Work::Depthwise(_) => counts.sums += stored,
+                Work::Stage(_) => {}
+                Work::Most(spans) | Work::Mean { spans, .. } | Work::MeanFloats { spans, .. } => {
+                    let read: usize = spans.iter().map(|[from, to]| to - from).sum();
+                    counts.values += read * layer.to.channels;
+                }
+                _ => counts.values += stored,
+            }
+        }
+        counts
+    }
+}
+
+impl Core {
+    /// All cores.
+    pub const ALL: [Core; 8] =
+        [Core::M0, Core::M3, Core::M4f, Core::M7, Core::M33, Core::M55, Core::Rv32imac, Core::Rv32imafc];
+
+    /// Returns the name that commands know it by.
+    pub fn name(self) -> &'static str {
+        match self {
+            Core::M0 => "m0",
+            Core::M3 => "m3",
+            Core::M4f => "m4f",
+            Core::M7 => "m7",
+            Core::M33 => "m33",
+            Core::M55 => "m55",
+            Core::Rv32imac => "rv32imac",
+            Core::Rv32imafc => "rv32imafc",
+        }
+    }
+
+    /// Checks whether it computes floats in hardware.
+    pub fn has_floats(self) -> bool {
+        !matches!(self, Core::M0 | Core::M3 | Core::Rv32imac)
+    }
+
+    /// Returns the instructions for a product, a sum and a value.
+    fn each(self) -> [f64; 3] {
+        match self {
+            Core::M0 => [1.0, 1.0, 1.0],
+            Core::M3 => [1.0, 1.0, 1.0],
+            Core::M4f => [1.0, 1.0, 1.0],
+            Core::M7 => [1.0, 1.0, 1.0],
+            Core::M33 => [1.0, 1.0, 1.0],
+            Core::M55 => [1.0, 1.0, 1.0],
+            Core::Rv32imac => [1.0, 1.0, 1.0],
+            Core::Rv32imafc => [1.0, 1.0, 1.0],
+        }
+    }
+
+    /// Estimates the instructions of a prediction.
+    pub(crate) fn instructions(self, counts: &Counts) -> usize {
+        let [product, sum, value] = self.each();
+        let Counts { products, sums, values } = *counts;
+        (product * products as f64 + sum * sums as f64 + value * values as f64).round() as usize
+    }
+
+    /// Estimates the flash of tables and of code that takes `code` bytes on a Cortex-M4.
+    pub(crate) fn flash(self, tables: usize, code: usize, whole: usize) -> usize {
+        let (share, whole) = match self {
+            Core::M0 => (1.3, whole),
+            Core::M3 => (1.25, whole),
+            Core::M4f | Core::M7 | Core::M33 | Core::M55 => (1.0, 0),
+            Core::Rv32imac => (1.6, whole),
+            Core::Rv32imafc => (1.15, 0),
+        };
+        tables + whole + (share * code as f64) as usize
+    }
+}
+
+impl Display for Core {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
