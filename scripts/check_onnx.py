@@ -6,9 +6,9 @@
 Needs torch, numpy, safetensors, onnx, onnxruntime and, for that column, tract.
 For each name that `taxel zoo` lists, its twin in `scripts/twin` gives names and shapes of tensors, a formula their values,
 at the published input size. `taxel export` writes the model, `onnx.checker` checks it in full, and
-`taxel forward`, onnxruntime and tract predict three samples. Then a model is trained for a few epochs on simulated grasps,
-exported with its encoding, and onnxruntime predicts raw samples. Ends with 1 if logits differ by more than 1e-4
-of the largest, or the most likely class differs.
+`taxel forward`, onnxruntime and tract predict three samples. Then models are trained for a few epochs on simulated grasps,
+MiniRocket and ridge among them, exported with their encoding, and onnxruntime predicts raw samples; `--trained` does that
+alone and needs no torch. Ends with 1 if answers differ by more than 1e-4 of the largest, or the most likely class differs.
 """
 
 import argparse
@@ -26,9 +26,6 @@ import onnxruntime
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "scripts" / "twin"))
 sys.path.insert(0, str(ROOT / "scripts" / "fixtures"))
-import networks  # noqa: E402
-from formula import hashed, tensor  # noqa: E402
-
 try:
     import tract
 except ImportError:
@@ -86,6 +83,10 @@ def difference(want, got):
 
 
 def compare(name, folder, binary):
+    # Imported here: trained models need no torch.
+    import networks
+    from formula import hashed, tensor
+
     net = networks.build(name)
     state = {n: v for n, v in net.state_dict().items() if not n.endswith("num_batches_tracked")}
     save(folder / "w.safetensors", {n: np.asarray(tensor(n, tuple(v.shape), i), np.float32) for i, (n, v) in enumerate(state.items())})
@@ -117,9 +118,13 @@ def compare(name, folder, binary):
 
 CONFIG = """
 name = "small"
+baselines = BASELINES
 [data]
 scene = "fingertip"
 samples = 60
+TARGET
+[encoding]
+signal = SIGNAL
 [protocol]
 kind = "k-fold"
 folds = 2
@@ -129,11 +134,29 @@ loss = "LOSS"
 [[networks]]
 name = "NETWORK"
 """
+ENTROPY, Z_SCORE = "softmax-cross-entropy", '{ scale = "z-score" }'
+# Method, loss, encoding of the signal, and whether values are learned.
+TRAINED = [
+    ("resnet8-lite-1d", ENTROPY, Z_SCORE, False),
+    ("mlp", ENTROPY, Z_SCORE, False),
+    ("mlp", "cumulative-logits", Z_SCORE, False),
+    ("resnet8-lite-1d", ENTROPY, '{ kind = "quantile-code" }', False),
+    ("mlp", ENTROPY, '{ kind = "quantile-code", steps = 12 }', False),
+    ("mlp", ENTROPY, '{ kind = "history" }', False),
+    ("mini-rocket", ENTROPY, Z_SCORE, False),
+    ("deep-mlp", "huber", '{ kind = "history", lags = [1, 3, 9] }', True),
+    ("deep-mlp", "gaussian-likelihood", '{ kind = "quantile-code" }', True),
+    ("ridge", "huber", Z_SCORE, True),
+    ("mini-rocket", "huber", Z_SCORE, True),
+]
 
 
-def trained(name, loss, folder, binary):
-    """A model with its encoding: probabilities of raw readings against `taxel predict`."""
-    (folder / "small.toml").write_text(CONFIG.replace("NETWORK", name).replace("LOSS", loss))
+def trained(name, loss, signal, of_values, folder, binary):
+    """A model with its encoding: its answers to raw readings against `taxel predict`."""
+    is_network = name not in ("mini-rocket", "ridge")
+    config = CONFIG.replace("NETWORK", name if is_network else "mlp").replace("LOSS", loss).replace("SIGNAL", signal)
+    config = config.replace("BASELINES", "[]" if is_network else f'["{name}"]')
+    (folder / "small.toml").write_text(config.replace("TARGET", 'y = "shore"' if of_values else ""))
     run(binary, "run", folder / "small.toml", "--output", folder / "run")
     run(binary, "fit", folder / "run", "--network", name, "--output", folder / "model.safetensors")
     run(binary, "simulate", "fingertip", "--samples", 20, "--seed", 7, "--output", folder / "new.npz")
@@ -141,17 +164,20 @@ def trained(name, loss, folder, binary):
     run(binary, "export", folder / "model.safetensors", "--output", folder / "model.onnx")
     onnx.checker.check_model(str(folder / "model.onnx"), full_check=True)
     x = np.load(folder / "new.npz")["x"].astype(np.float32)
-    return difference(np.load(folder / "answers.npz")["probabilities"], by_onnxruntime(folder / "model.onnx", [x])["probabilities"])
+    answers = np.load(folder / "answers.npz")
+    key = "values" if of_values else "probabilities"
+    return difference(answers[key], by_onnxruntime(folder / "model.onnx", [x])[key])
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("networks", nargs="*", metavar="NETWORK")
     parser.add_argument("--binary", default=ROOT / "target" / "release" / "taxel")
+    parser.add_argument("--trained", action="store_true", help="only models that are trained and exported with their encoding")
     parser.add_argument("--most", type=int, default=10**9, help="parameters of the largest network")
     args = parser.parse_args()
     listed = json.loads(run(args.binary, "zoo", "--format", "json"))
-    names = args.networks or [entry["name"] for entry in listed if entry["parameters"] <= args.most]
+    names = [] if args.trained else args.networks or [entry["name"] for entry in listed if entry["parameters"] <= args.most]
     failed, worst, refused = [], {}, []
     for name in names:
         with tempfile.TemporaryDirectory() as folder:
@@ -169,11 +195,11 @@ def main():
                 failed.append(f"{name} ({runtime})")
         print(f"{name:20} {'  '.join(words)}", flush=True)
     if not args.networks:
-        entropy = "softmax-cross-entropy"
-        for name, loss in (("resnet8-lite-1d", entropy), ("mlp", entropy), ("mlp", "cumulative-logits")):
+        for name, loss, signal, of_values in TRAINED:
             with tempfile.TemporaryDirectory() as folder:
-                gap, equal = trained(name, loss, pathlib.Path(folder), args.binary)
-            print(f"{name:20} {loss}, trained, raw readings: onnxruntime {gap:.1e}{'' if equal else ' another class'}", flush=True)
+                gap, equal = trained(name, loss, signal, of_values, pathlib.Path(folder), args.binary)
+            words = f"{signal} {'values' if of_values else 'classes'}, {loss}, trained, raw readings"
+            print(f"{name:20} {words}: onnxruntime {gap:.1e}{'' if equal else ' another class'}", flush=True)
             if not (gap <= TOLERANCE and equal):
                 failed.append(f"{name} (trained)")
     print(f"{len(names)} networks; largest differences: " + ", ".join(f"{runtime} {gap:.1e}" for runtime, gap in worst.items()))

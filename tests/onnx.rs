@@ -109,7 +109,7 @@ fn an_encoding_that_onnx_cannot_say_is_named_and_baselines_are_refused() {
         taxel::fit(&Candidate::baseline(taxel::Baseline::NearestNeighbours { k: 1 }), &grasps, &encoding);
     baseline.unwrap().save(&file).unwrap();
     let error = refused(&["export", text(&file), "--output", text(&path)]);
-    assert!(error.contains("k-nn: is a baseline; ONNX is for networks"), "{error}");
+    assert!(error.contains("k-nn: is a baseline that ONNX cannot say"), "{error}");
     assert!(!path.exists());
     let settings = ["--set", "classes=3", "--set", "length=20"];
     let graph = taxel_zoo::find("resnet8-lite-1d").unwrap();
@@ -121,6 +121,69 @@ fn an_encoding_that_onnx_cannot_say_is_named_and_baselines_are_refused() {
     assert!(said.contains("opset 17") && said.contains("NOT raw readings"), "{said}");
     assert_eq!(onnx::read(&path).unwrap().graph.nodes(), graph.nodes());
     assert!(refused(&["export", "resnet8-lite-1d", "--output", text(&path)]).contains("give its --weights"));
+}
+
+/// The operations that a file holds, by the names of their nodes' operations.
+fn holds(path: &Path, words: &[&str]) {
+    let bytes = fs::read(path).unwrap();
+    for word in words {
+        assert!(
+            bytes.windows(word.len()).any(|window| window == word.as_bytes()),
+            "{}: {word}",
+            path.display()
+        );
+    }
+}
+
+#[test]
+fn ridge_is_a_network_that_is_read_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("ridge.onnx");
+    let grasps = taxel::simulate("fingertip", 60, 0, &[]).unwrap();
+    let forces = grasps.x.outer_iter().map(|x| x.sum() / 100.0).collect();
+    let force = taxel::data::Quantity { name: "force".into(), unit: Some("N".into()) };
+    let grasps = grasps.with_values(vec![force], forces).unwrap();
+    let model =
+        taxel::fit(&Candidate::baseline(taxel::Baseline::Ridge), &grasps, &Encoding::default()).unwrap();
+    let exported = taxel::export(&model, &path).unwrap();
+    assert_eq!(exported.outputs, ["logits", "values"]);
+    assert_eq!((&exported.inputs[0].shape[..], exported.inputs[0].encoded), (&[5, 50][..], None));
+    let read = onnx::read(&path).unwrap();
+    let raw: Vec<f32> = grasps.x.iter().copied().collect();
+    let (got, want) =
+        (logits(&read.graph, &read.weights, &raw, 60), model.predict(&grasps.x).unwrap().outputs);
+    let off = got.iter().zip(&want).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+    let largest = want.iter().fold(0.0f32, |most, v| most.max(v.abs()));
+    assert!(off <= 1e-4 * largest, "{off:e} of {largest}");
+}
+
+#[test]
+fn codes_histories_and_mini_rocket_take_raw_readings() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("model.onnx");
+    let grasps = taxel::simulate("fingertip", 60, 0, &[]).unwrap();
+    for (signal, words) in [
+        (r#"{"signal": {"kind": "quantile-code"}}"#, &["signal/code/ramp/clipped", "MatMul"][..]),
+        (r#"{"signal": {"kind": "history"}}"#, &["signal/history/differences", "Gather"]),
+    ] {
+        let encoding: Encoding = serde_json::from_str(signal).unwrap();
+        let mut encoder = taxel::Encoder::new(&encoding, &grasps);
+        encoder.prepare(&["signal"]).unwrap();
+        let net = Network::new("coded");
+        let features = net.input("signal", &encoder.shape("signal").unwrap()).flatten();
+        let graph = net.finish(&[("logits", features.linear("fc", 3))]).unwrap();
+        let recipe = Recipe { epochs: 1, batch_size: 16, ..Recipe::default() };
+        let model = taxel::fit(&Candidate::network(graph, recipe), &grasps, &encoding).unwrap();
+        let exported = taxel::export(&model, &path).unwrap();
+        assert_eq!((&exported.inputs[0].shape[..], exported.inputs[0].encoded), (&[5, 50][..], None));
+        holds(&path, words);
+    }
+    let rocket = Candidate::baseline(taxel::Baseline::MiniRocket { features: 420 });
+    let model = taxel::fit(&rocket, &grasps, &Encoding::default()).unwrap();
+    let exported = taxel::export(&model, &path).unwrap();
+    assert_eq!(exported.outputs, ["logits", "probabilities"]);
+    holds(&path, &["Greater", "ReduceSum", "ridge.weight", "taxel.classes", "raw readings"]);
+    assert!(onnx::read(&path).is_err(), "comparisons are no network of taxel's");
 }
 
 #[test]

@@ -31,29 +31,37 @@ pub enum Core {
 /// The operations of a network.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Counts {
-    /// Products of weights and values.
+    /// Products at several positions, two of which share what is loaded. Stretches of inputs are filled up to fours.
     pub products: usize,
-    /// Sums that become bytes or floats.
-    pub sums: usize,
-    /// Values that other layers and the encoding read.
-    pub values: usize,
+    /// Products at one position.
+    pub single: usize,
+    /// Sums that begin or become values, stretches of their inputs, and values of other layers and the encoding.
+    pub others: usize,
 }
 
 impl Counts {
     /// Counts the operations of layers behind an encoding of so many operations.
     pub fn of(layers: &[Layer], encoding: usize) -> Self {
-        let mut counts = Counts { products: 0, sums: 0, values: encoding };
+        let mut counts = Counts { products: 0, single: 0, others: encoding };
         for layer in layers {
-            counts.products += layer.work.macs();
             let stored = layer.to.positions * layer.to.channels;
             match &layer.work {
-                Work::Conv(_) | Work::Depthwise(_) => counts.sums += stored,
+                Work::Conv(conv) => {
+                    let products = stored * conv.segments * conv.fours * 4;
+                    *(if layer.to.positions > 1 { &mut counts.products } else { &mut counts.single }) +=
+                        products;
+                    counts.others += stored * (1 + conv.segments);
+                }
+                Work::Depthwise(conv) => {
+                    counts.single += conv.macs;
+                    counts.others += 2 * stored;
+                }
                 Work::Stage(_) => {}
                 Work::Most(spans) | Work::Mean { spans, .. } | Work::MeanFloats { spans, .. } => {
                     let read: usize = spans.iter().map(|[from, to]| to - from).sum();
-                    counts.values += read * layer.to.channels;
+                    counts.others += read * layer.to.channels;
                 }
-                _ => counts.values += stored,
+                _ => counts.others += stored,
             }
         }
         counts
@@ -84,25 +92,25 @@ impl Core {
         !matches!(self, Core::M0 | Core::M3 | Core::Rv32imac)
     }
 
-    /// Returns the instructions for a product, a sum and a value.
+    /// Returns the instructions for each of the [`Counts`], by least squares of shares.
     fn each(self) -> [f64; 3] {
         match self {
-            Core::M0 => [1.0, 1.0, 1.0],
-            Core::M3 => [1.0, 1.0, 1.0],
-            Core::M4f => [1.0, 1.0, 1.0],
-            Core::M7 => [1.0, 1.0, 1.0],
-            Core::M33 => [1.0, 1.0, 1.0],
-            Core::M55 => [1.0, 1.0, 1.0],
-            Core::Rv32imac => [1.0, 1.0, 1.0],
-            Core::Rv32imafc => [1.0, 1.0, 1.0],
+            Core::M0 => [6.36, 11.01, 161.63],
+            Core::M3 => [1.92, 6.34, 90.98],
+            Core::M4f => [1.51, 2.17, 20.8],
+            Core::M7 => [1.52, 2.17, 20.51],
+            Core::M33 => [1.52, 2.17, 20.39],
+            Core::M55 => [1.52, 2.09, 20.36],
+            Core::Rv32imac => [1.39, 8.82, 151.38],
+            Core::Rv32imafc => [3.57, 6.34, 18.98],
         }
     }
 
     /// Estimates the instructions of a prediction.
     pub(crate) fn instructions(self, counts: &Counts) -> usize {
-        let [product, sum, value] = self.each();
-        let Counts { products, sums, values } = *counts;
-        (product * products as f64 + sum * sums as f64 + value * values as f64).round() as usize
+        let Counts { products, single, others } = *counts;
+        let each = self.each().into_iter().zip([products, single, others]);
+        each.map(|(instructions, count)| instructions * count as f64).sum::<f64>().round() as usize
     }
 
     /// Estimates the flash of tables and of code that takes `code` bytes on a Cortex-M4.

@@ -50,6 +50,10 @@ impl Library<'_> {
             include_str!("c/check.c"),
             &size,
             &[
+                (
+                    "@digest@",
+                    if check.calls.is_empty() { "" } else { include_str!("c/check_digest.c") }.into(),
+                ),
                 ("@check_samples@", self.answers.check()),
                 ("@checks@", check.checks.replace("@NAME@", &name.to_uppercase())),
                 ("@check_calls@", check.calls),

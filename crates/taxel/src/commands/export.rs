@@ -25,14 +25,15 @@ enum Format {
 
 /// Writes a trained model as an ONNX file, for onnxruntime, TensorRT, tract and others, or as C for microcontrollers.
 ///
-/// The ONNX file takes any number of samples and has the outputs `logits` and `probabilities`. Where ONNX can say the encoding
-/// (z-scores, full scale, the order of axes) it takes raw samples, as the sensor gives them. Gramian fields, quantile codes
-/// and NumaTac series have to be computed before; the command says so. Classes, unit and loss are in the file's metadata.
+/// The ONNX file takes any number of samples and has the outputs `logits` and `probabilities`, or `values`. Where ONNX can say the
+/// encoding (z-scores, full scale, the order of axes, quantile codes, histories) it takes raw samples, as the sensor gives them.
+/// Gramian fields and NumaTac series have to be computed before; the command says so. Classes, unit and loss are in the file's
+/// metadata.
 ///
 /// MODEL may also be a network without encoding: a file that `taxel import` wrote, or a name of the zoo with --weights.
-/// Baselines are refused. docs/onnx.md has the operations and five lines of Python that run the file.
+/// Of the baselines MiniRocket and ridge can be exported. docs/onnx.md has the operations and five lines of Python that run the file.
 ///
-/// With --format c a model in eight bits becomes a folder that compiles as it is: C99 without malloc and libm, a test, and
+/// With --format c a model in eight bits, MiniRocket or ridge becomes a folder that compiles as it is: C99 without malloc and libm, a test, and
 /// what Arduino, PlatformIO, Zephyr and CMake expect. Its predictions have the bits of `taxel predict` (docs/firmware.md).
 #[derive(Args)]
 #[command(after_help = "Examples:  taxel export model.safetensors --output model.onnx
