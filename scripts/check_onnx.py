@@ -165,8 +165,8 @@ def trained(name, loss, signal, of_values, folder, binary):
     onnx.checker.check_model(str(folder / "model.onnx"), full_check=True)
     x = np.load(folder / "new.npz")["x"].astype(np.float32)
     answers = np.load(folder / "answers.npz")
-    key = "values" if of_values else "probabilities"
-    return difference(answers[key], by_onnxruntime(folder / "model.onnx", [x])[key])
+    ours, theirs = ("predicted", "values") if of_values else ("probabilities", "probabilities")
+    return difference(answers[ours], by_onnxruntime(folder / "model.onnx", [x])[theirs])
 
 
 def main():

@@ -10,6 +10,8 @@ use crate::literals::{floats, table};
 
 /// Sums that the terms of a scalar product are dealt to.
 const LANES: usize = 16;
+/// Bytes of code, about, with the routines of doubles in software.
+const CODE: usize = 3600;
 /// The largest number that a table of 16 bits holds.
 const COUNT: usize = u16::MAX as usize;
 
@@ -70,7 +72,7 @@ impl Linear<'_> {
             tables: String::new(),
             calls: "    linear(arena);\n".into(),
             table_bytes,
-            code_bytes: 2400,
+            code_bytes: CODE,
             counts: None,
             whole_bytes: 0,
             macs: self.features.macs([channels, steps]) + self.weights.len(),
