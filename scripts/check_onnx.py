@@ -202,7 +202,8 @@ def main():
             print(f"{name:20} {words}: onnxruntime {gap:.1e}{'' if equal else ' another class'}", flush=True)
             if not (gap <= TOLERANCE and equal):
                 failed.append(f"{name} (trained)")
-    print(f"{len(names)} networks; largest differences: " + ", ".join(f"{runtime} {gap:.1e}" for runtime, gap in worst.items()))
+    if names:
+        print(f"{len(names)} networks; largest differences: " + ", ".join(f"{runtime} {gap:.1e}" for runtime, gap in worst.items()))
     if refused:
         print(f"not run: {', '.join(refused)}")
     if failed:

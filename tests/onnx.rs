@@ -181,7 +181,7 @@ fn codes_histories_and_mini_rocket_take_raw_readings() {
     let rocket = Candidate::baseline(taxel::Baseline::MiniRocket { features: 420 });
     let model = taxel::fit(&rocket, &grasps, &Encoding::default()).unwrap();
     let exported = taxel::export(&model, &path).unwrap();
-    assert_eq!(exported.outputs, ["logits", "probabilities"]);
+    assert_eq!(exported.outputs, ["logits", "probabilities", "distance"]);
     holds(&path, &["Greater", "ReduceSum", "ridge.weight", "taxel.classes", "raw readings"]);
     assert!(onnx::read(&path).is_err(), "comparisons are no network of taxel's");
 }

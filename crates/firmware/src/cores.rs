@@ -95,8 +95,8 @@ impl Core {
     /// Returns the instructions for each of the [`Counts`], by least squares of shares.
     fn each(self) -> [f64; 3] {
         match self {
-            Core::M0 => [6.36, 11.01, 161.63],
-            Core::M3 => [1.92, 6.34, 90.98],
+            Core::M0 => [6.59, 11.09, 156.3],
+            Core::M3 => [2.05, 6.39, 87.76],
             Core::M4f => [1.51, 2.17, 20.8],
             Core::M7 => [1.52, 2.17, 20.51],
             Core::M33 => [1.52, 2.17, 20.39],

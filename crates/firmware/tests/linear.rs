@@ -88,7 +88,9 @@ fn rockets_and_ridges_have_the_same_bits() {
 fn gates_have_the_same_bits() {
     let case = Case::new("resnet8-lite-1d", z_score(), gated());
     let unknown = case.expected.gate.iter().filter(|(_, unknown)| *unknown).count();
-    assert!((20..180).contains(&unknown), "{unknown} of 200 are unknown");
+    let mut distances: Vec<f32> = case.expected.gate.iter().map(|(distance, _)| *distance).collect();
+    distances.sort_by(f32::total_cmp);
+    assert!((20..180).contains(&unknown), "{unknown} of 200 are unknown, half are below {}", distances[100]);
     case.has_the_same_bits("cc", &C99);
 }
 

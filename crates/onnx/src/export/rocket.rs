@@ -1,4 +1,4 @@
-//! MiniRocket's features: convolutions, comparisons with thresholds, shares of time.
+//! MiniRocket's features: convolutions as sums, comparisons with thresholds, shares of time.
 
 use std::ops::Range;
 
@@ -61,7 +61,7 @@ impl RocketFeatures {
         let alike =
             |a: &RocketConv, b: &RocketConv| (a.dilation, a.biases.len()) == (b.dilation, b.biases.len());
         for group in self.convolutions.chunk_by(alike).filter(|group| !group[0].biases.is_empty()) {
-            parts.push(shares(sink, &base("dilation"), value, group, [channels, length]));
+            parts.push(shares(sink, &base("dilation"), value, group, length));
         }
         if self.levels {
             let last = sink.ints(&base("last_step"), &[length as i64 - 1]);
@@ -77,35 +77,14 @@ impl RocketFeatures {
 }
 
 /// Writes the features of convolutions of one dilation and as many thresholds each.
-fn shares(
-    sink: &mut Sink,
-    base: &str,
-    value: &str,
-    group: &[RocketConv],
-    [channels, length]: [usize; 2],
-) -> String {
+fn shares(sink: &mut Sink, base: &str, value: &str, group: &[RocketConv], length: usize) -> String {
     let part = |part: &str| format!("{base}/{part}");
-    let (kernels, count, dilation) = (group.len(), group[0].biases.len(), group[0].dilation);
-    let mut weight = vec![0.0; kernels * channels * TAPS];
+    let (kernels, count) = (group.len(), group[0].biases.len());
     let mut counted = vec![0.0; kernels * length];
     for (kernel, conv) in group.iter().enumerate() {
-        for channel in &conv.channels {
-            for tap in 0..TAPS {
-                // A channel may be named twice.
-                weight[(kernel * channels + channel) * TAPS + tap] +=
-                    if conv.twos.contains(&tap) { 2.0 } else { -1.0 };
-            }
-        }
         counted[kernel * length..][conv.counted.clone()].fill(1.0);
     }
-    let weight = sink.floats(&part("weight"), &[kernels, channels, TAPS], &weight);
-    let pad = (TAPS / 2 * dilation) as i64;
-    let window = vec![
-        ints("kernel_shape", vec![TAPS as i64]),
-        ints("dilations", vec![dilation as i64]),
-        ints("pads", vec![pad, pad]),
-    ];
-    let convolved = sink.step("Conv", &[value, &weight], &part("convolved"), window);
+    let convolved = convolved(sink, base, value, group, length);
     let axis = sink.ints(&part("axis"), &[2]);
     let beside = sink.step("Unsqueeze", &[&convolved, &axis], &part("beside"), vec![]);
     let biases: Vec<f32> = group.iter().flat_map(|conv| conv.biases.iter().copied()).collect();
@@ -121,4 +100,45 @@ fn shares(
     let shares = sink.step("Div", &[&sums, &positions], &part("shares"), vec![]);
     let flat = sink.ints(&part("flat"), &[0, (kernels * count) as i64]);
     sink.step("Reshape", &[&shares, &flat], base, vec![])
+}
+
+/// Writes the convolutions `[batch, kernels, length]` as sums in taxel's order: channel after channel, tap after tap. The
+/// weights 2 and −1 are exact, so that every runtime finds the same values. Its own convolutions may add in another order,
+/// and many values lie at a threshold.
+fn convolved(sink: &mut Sink, base: &str, value: &str, group: &[RocketConv], length: usize) -> String {
+    let part = |part: &str| format!("{base}/{part}");
+    let (kernels, dilation) = (group.len(), group[0].dilation);
+    let pad = (TAPS / 2 * dilation) as i64;
+    let pads = sink.ints(&part("pads"), &[0, 0, pad, 0, 0, pad]);
+    let padded = sink.step("Pad", &[value, &pads], &part("padded"), vec![]);
+    let time = sink.ints(&part("axis"), &[2]);
+    let bounds: Vec<[String; 2]> = (0..TAPS)
+        .map(|tap| {
+            [tap * dilation, tap * dilation + length].map(|at| sink.ints(&part("bounds"), &[at as i64]))
+        })
+        .collect();
+    let most = group.iter().map(|conv| conv.channels.len()).max().unwrap_or(0);
+    let mut sum: Option<String> = None;
+    for place in 0..most {
+        let channels: Vec<i64> =
+            group.iter().map(|conv| conv.channels.get(place).map_or(0, |channel| *channel as i64)).collect();
+        let channels = sink.ints(&part("channels"), &channels);
+        let read = sink.step("Gather", &[&padded, &channels], &part("read"), vec![int("axis", 1)]);
+        for (tap, [from, to]) in bounds.iter().enumerate() {
+            let weight = |conv: &RocketConv| match conv.channels.get(place) {
+                None => 0.0,
+                Some(_) if conv.twos.contains(&tap) => 2.0,
+                Some(_) => -1.0,
+            };
+            let weight: Vec<f32> = group.iter().map(weight).collect();
+            let weight = sink.floats(&part("weight"), &[1, kernels, 1], &weight);
+            let seen = sink.step("Slice", &[&read, from, to, &time], &part("seen"), vec![]);
+            let term = sink.step("Mul", &[&seen, &weight], &part("term"), vec![]);
+            sum = Some(match sum {
+                None => term,
+                Some(before) => sink.step("Add", &[&before, &term], &part("sum"), vec![]),
+            });
+        }
+    }
+    sum.unwrap_or(padded)
 }
