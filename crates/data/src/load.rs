@@ -113,7 +113,15 @@ pub(crate) fn open(path: &Path, purpose: Purpose, options: &ReadOptions) -> Resu
         event.refuse_several(&raw)?;
     }
     name_channels(&mut raw, options)?;
-    tare(&mut raw, options)?;
+    // What a model takes off is said by the model.
+    let stated = raw.facts.tare.take().filter(|_| purpose == Purpose::Learn && options.tare.is_none());
+    match stated {
+        Some(stated) => {
+            tare(&mut raw, &ReadOptions { tare: Some(stated.clone()), ..options.clone() })?;
+            raw.read_as.extend(raw.tared.iter().map(|tare| format!("{} tared by {tare}", raw.facts.file)));
+        }
+        None => tare(&mut raw, options)?,
+    }
     Ok(raw)
 }
 

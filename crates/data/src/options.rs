@@ -139,7 +139,7 @@ pub struct ReadOptions {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub recording: Option<String>,
     /// The resting values that are taken off the readings: recording, the first reading of each recording, recording:18, the
-    /// mean of its first 18, or array:NAME, an array with a row for each sample.
+    /// mean of its first 18, array:NAME, an array with a row for each sample, or off [default: what labels.json says].
     #[cfg_attr(feature = "clap", arg(long, value_name = "REST"))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tare: Option<Tare>,

@@ -6,7 +6,7 @@ use std::str::FromStr;
 
 /// Where the resting values of a recording are, which are taken off each of its readings.
 ///
-/// As text: `recording`, `recording:18`, `array:tare`.
+/// As text: `recording`, `recording:18`, `array:tare`, or `off`.
 ///
 /// ```
 /// use taxel_data::Tare;
@@ -24,12 +24,14 @@ pub enum Tare {
     },
     /// An array of that name beside the samples: a row for each, without the time axis.
     Array(String),
+    /// Nothing is taken off, whatever the file of names says.
+    Off,
 }
 
 /// A text that says no tare.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "{0:?} is no tare; write recording, recording:18 (the mean of its first 18 readings) or array:NAME; the first reading of \
+    "{0:?} is no tare; write recording, recording:18 (the mean of its first 18 readings), array:NAME or off; the first reading of \
      each window is taken off by encoding.baseline = 1"
 )]
 pub struct NotATare(String);
@@ -66,6 +68,7 @@ impl FromStr for Tare {
         let refuse = || NotATare(text.into());
         match text.split_once(':') {
             None if text == "recording" => Ok(Tare::Recording { steps: 1 }),
+            None if text == "off" => Ok(Tare::Off),
             Some(("recording", steps)) => {
                 let steps = steps.parse().ok().filter(|steps| *steps > 0).ok_or_else(refuse)?;
                 Ok(Tare::Recording { steps })
@@ -80,7 +83,7 @@ impl Tare {
     /// Returns the name of the array with the resting values, if there is one.
     pub fn array(&self) -> Option<&String> {
         match self {
-            Tare::Recording { .. } => None,
+            Tare::Recording { .. } | Tare::Off => None,
             Tare::Array(name) => Some(name),
         }
     }
@@ -92,6 +95,7 @@ impl Display for Tare {
             Tare::Recording { steps: 1 } => f.write_str("recording"),
             Tare::Recording { steps } => write!(f, "recording:{steps}"),
             Tare::Array(name) => write!(f, "array:{name}"),
+            Tare::Off => f.write_str("off"),
         }
     }
 }

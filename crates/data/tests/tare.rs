@@ -99,3 +99,33 @@ fn a_tare_that_cannot_be_taken_is_refused() {
     let of_table: ReadOptions = serde_json::from_str(r#"{"tare": {"array": "rest"}}"#).unwrap();
     assert_eq!(of_table.tare, Some(Tare::Array("rest".into())));
 }
+
+#[test]
+fn what_the_file_of_names_says_holds_until_somebody_says_other() {
+    let folder = tempdir().unwrap();
+    for (class, level) in [("cup", 100), ("pot", 7)] {
+        std::fs::create_dir(folder.path().join(class)).unwrap();
+        for take in 0..2 {
+            let rows: String =
+                (0..6).map(|t| format!("{},{}\n", 0.01 * f64::from(t), level + take + t)).collect();
+            let path = folder.path().join(class).join(format!("{take}.csv"));
+            std::fs::write(path, format!("time,a\n{rows}")).unwrap();
+        }
+    }
+    let write = |text: &str| std::fs::write(folder.path().join("labels.json"), text).unwrap();
+    write(r#"{"unit": "N", "tare": "recording:2"}"#);
+    let said = load(folder.path(), &ReadOptions::default()).unwrap();
+    assert_eq!(said.x, load(folder.path(), &tared("recording:2")).unwrap().x);
+    assert_eq!(said.spec.tare, Some(Tare::Recording { steps: 2 }));
+    assert_eq!(said.x.iter().next(), Some(&-0.5));
+    let off = load(folder.path(), &tared("off")).unwrap();
+    assert_eq!((off.x.iter().next(), &off.spec.tare), (Some(&100.0), &None));
+    assert_ne!(off.digest, said.digest);
+    // A model says itself what it takes off.
+    assert_eq!(recordings(folder.path(), &ReadOptions::default(), 2).unwrap().x, off.x);
+    for wrong in [r#"{"tare": 2}"#, r#"{"tare": "array:rest"}"#, r#"{"tare": "recording:0"}"#] {
+        write(wrong);
+        let message = load(folder.path(), &ReadOptions::default()).unwrap_err().to_string();
+        assert!(message.contains("labels.json") && message.contains("recording:18"), "{message}");
+    }
+}

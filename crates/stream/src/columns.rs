@@ -1,37 +1,11 @@
 //! Which numbers of a line are a time step, and which is its time.
 
-use std::str::FromStr;
-
 use taxel_data::{Clock, ColumnName, Layout, SampleSpec};
 
-use crate::error::Error;
+use crate::channels::StreamChannels;
 use crate::fault::Fault;
 use crate::numbers::{LineNumbers, Names};
-
-/// Where time stamps stand.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Time {
-    /// In the column of this number, from 0.
-    At(usize),
-    /// In the column, or under the key, of this name.
-    Named(String),
-}
-
-impl FromStr for Time {
-    type Err = Error;
-
-    /// Reads a column: a number counts from 1; anything else is a name.
-    fn from_str(text: &str) -> Result<Self, Error> {
-        match text.trim().parse::<usize>() {
-            Ok(0) => {
-                let why = "is the number of a column, from 1, or its name".into();
-                Err(Error::Option { option: "time", value: text.into(), why })
-            }
-            Ok(number) => Ok(Time::At(number - 1)),
-            Err(_) => Ok(Time::Named(text.trim().into())),
-        }
-    }
-}
+use crate::time_column::Time;
 
 /// Makes time steps of lines.
 ///
@@ -41,8 +15,10 @@ impl FromStr for Time {
 /// ([`ColumnName`](taxel_data::ColumnName)); of a recording with more channels than the model reads, its channels are taken.
 #[derive(Debug, Clone)]
 pub struct LineColumns {
-    /// Values of a time step.
+    /// Values of a time step; 0 for as many as the first line has.
     each: usize,
+    /// Where nobody knows them, the channels as the first line has them.
+    any: Option<StreamChannels>,
     /// Channels kept of more, along the first axis of a sample, where that is not time.
     channels: Option<Vec<usize>>,
     /// Names of the model's channels.
@@ -75,6 +51,7 @@ impl LineColumns {
         });
         LineColumns {
             each: before * after,
+            any: None,
             channels,
             model_names,
             time,
@@ -85,7 +62,20 @@ impl LineColumns {
         }
     }
 
-    /// Counts the values of a time step.
+    /// Prepares for time steps of channels that nobody knows: all columns of the first line but time and indices. Also returns
+    /// where their names will be.
+    pub fn any(time: Option<Time>, clock: Option<Clock>) -> (Self, StreamChannels) {
+        let channels = StreamChannels::default();
+        let columns = Self::new(&SampleSpec::new(Layout::Series, &[1, 1]), time, clock);
+        (LineColumns { each: 0, any: Some(channels.clone()), ..columns }, channels)
+    }
+
+    /// Says what a line has to be, for messages.
+    pub(crate) fn wanted(&self) -> String {
+        if self.each == 0 { "a reading".into() } else { format!("a reading of {} numbers", self.each) }
+    }
+
+    /// Counts the values of a time step; 0 of channels that nobody knows.
     pub fn each(&self) -> usize {
         self.each
     }
@@ -155,14 +145,20 @@ impl LineColumns {
             matches!(name, Some(ColumnName::LeftOut(_)))
         };
         let others: Vec<usize> = (0..width).filter(|at| Some(*at) != time && !is_index(at)).collect();
-        let values = named.or_else(|| (others.len() == self.each).then(|| others.clone())).or_else(|| {
-            let channels = self.channels.as_ref().filter(|channels| !channels.is_empty())?;
-            let inner = self.each / channels.len();
-            let of =
-                |channel: &usize| (channel * inner..(channel + 1) * inner).map(|at| others.get(at).copied());
-            channels.iter().flat_map(of).collect()
-        });
+        let is_any = self.any.is_some() && !others.is_empty();
+        let values =
+            named.or_else(|| (is_any || others.len() == self.each).then(|| others.clone())).or_else(|| {
+                let channels = self.channels.as_ref().filter(|channels| !channels.is_empty())?;
+                let inner = self.each / channels.len();
+                let of = |channel: &usize| {
+                    (channel * inner..(channel + 1) * inner).map(|at| others.get(at).copied())
+                };
+                channels.iter().flat_map(of).collect()
+            });
         let refuse = || {
+            if self.any.is_some() {
+                return Fault::Columns("it has no number beside the time stamp".into());
+            }
             let stamp = match (time, others.len() == self.each + 1) {
                 (Some(_), _) => " beside the time stamp",
                 (None, true) => "; if the first is a time stamp, say --time 1",
@@ -179,7 +175,14 @@ impl LineColumns {
             Some(before) if before.width != width => {
                 Err(Fault::Columns(format!("it has {width} columns, lines before had {}", before.width)))
             }
-            _ => Ok(Taken { width, time, values }),
+            _ => {
+                if let Some(any) = &self.any {
+                    let names = self.names.of_numbers();
+                    let named = values.iter().filter(|_| names.len() == width);
+                    any.found(named.map(|at| names[*at].clone()).collect());
+                }
+                Ok(Taken { width, time, values })
+            }
         }
     }
 
@@ -283,6 +286,24 @@ mod tests {
         let fingers = SampleSpec::new(Layout::Fingers, &[1, 2, 10]);
         let mut second = plain(&SampleSpec { channels: Some(vec![1]), ..fingers });
         assert_eq!(good(&mut second, "1,2,3,4").0, [3.0, 4.0]);
+    }
+
+    #[test]
+    fn channels_that_nobody_knows_are_those_of_the_first_line() {
+        for (header, line, names) in [
+            ("thumb,time_ms,id,index", "1,500,7,2", &["thumb", "index"][..]),
+            ("", r#"{"t":0.5,"a":1,"b":2}"#, &["a", "b"]),
+            ("a banner of three and more", "1,2", &[]),
+        ] {
+            let (mut columns, channels) = LineColumns::any(None, None);
+            assert_eq!(read(&mut columns, header).unwrap(), None, "{header}");
+            assert_eq!(channels.names(), None);
+            assert_eq!(good(&mut columns, line).0, [1.0, 2.0], "{header}");
+            assert_eq!(channels.names().unwrap(), names, "{header}");
+            assert!(matches!(read(&mut columns, "1,2,3,4,5"), Err(Fault::Columns(_))), "{header}");
+        }
+        let (mut stamps, _) = LineColumns::any(Some(Time::At(0)), None);
+        assert!(matches!(read(&mut stamps, "0.5"), Err(Fault::Columns(_))));
     }
 
     #[test]

@@ -36,6 +36,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod channels;
 mod columns;
 mod contact;
 mod decider;
@@ -55,9 +56,11 @@ mod serial;
 mod source;
 mod stamps;
 mod text;
+mod time_column;
 mod window;
 
-pub use columns::{LineColumns, Time};
+pub use channels::StreamChannels;
+pub use columns::LineColumns;
 pub use contact::Contact;
 pub use decider::{Decider, Decision};
 pub use error::{Error, Result};
@@ -68,4 +71,5 @@ pub use pace::Pace;
 pub use queue::{Arrival, Next, ReadingStream, StreamCounters, StreamCounts};
 pub use source::{SourceSettings, StreamSource, start};
 pub use stamps::{Event, Stamps};
+pub use time_column::Time;
 pub use window::Window;

@@ -23,6 +23,8 @@ pub struct Arrival {
     pub at: Instant,
     /// Time steps before it that found no room.
     pub lost: u64,
+    /// Lines right before it that were no time step.
+    pub skipped: u64,
 }
 
 /// The next event of a stream.
@@ -133,6 +135,8 @@ pub(crate) struct Feed {
     /// Whether a time step without room is dropped; it waits otherwise.
     drops: bool,
     lost: u64,
+    /// Lines since the last time step that were none.
+    skipped: u64,
 }
 
 /// The receiver is gone.
@@ -144,7 +148,7 @@ pub(crate) fn queue(each: usize, drops: bool) -> (Feed, ReadingStream) {
     let (to, from) = sync_channel(room);
     let (back, spare) = sync_channel(room + 2);
     let counters = Arc::new(StreamCounters::default());
-    let feed = Feed { to, spare, counters: Arc::clone(&counters), drops, lost: 0 };
+    let feed = Feed { to, spare, counters: Arc::clone(&counters), drops, lost: 0, skipped: 0 };
     (feed, ReadingStream { from, spare: back, counters })
 }
 
@@ -160,12 +164,14 @@ impl Feed {
         let mut copy = self.spare.try_recv().unwrap_or_default();
         copy.clear();
         copy.extend_from_slice(values);
-        let item = QueueItem::Reading(Arrival { values: copy, stamp, at, lost: self.lost });
+        let (lost, skipped) = (self.lost, self.skipped);
+        let item = QueueItem::Reading(Arrival { values: copy, stamp, at, lost, skipped });
         if !self.drops {
+            self.skipped = 0;
             return self.to.send(item).map_err(|_| Closed);
         }
         match self.to.try_send(item) {
-            Ok(()) => self.lost = 0,
+            Ok(()) => (self.lost, self.skipped) = (0, 0),
             Err(TrySendError::Full(_)) => {
                 self.lost += 1;
                 self.counters.dropped.fetch_add(1, Ordering::Relaxed);
@@ -173,6 +179,11 @@ impl Feed {
             Err(TrySendError::Disconnected(_)) => return Err(Closed),
         }
         Ok(())
+    }
+
+    /// Counts a line that is no time step.
+    pub fn skip(&mut self) {
+        self.skipped += 1;
     }
 
     pub fn begin(&self, name: &str) -> std::result::Result<(), Closed> {

@@ -23,6 +23,7 @@ impl RestLevel {
         let of_training = match spec.tare.as_ref()? {
             Tare::Recording { steps } => *steps,
             Tare::Array(_) => STEPS,
+            Tare::Off => return None,
         };
         let (before, _, after) = spec.around_time();
         let steps = steps.unwrap_or(of_training);

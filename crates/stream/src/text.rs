@@ -75,19 +75,19 @@ impl Text<'_> {
                 Err((Some(kind), why)) => {
                     let why = format!("line {number}: {why}");
                     self.skip(&feed.counters, kind, &why);
+                    feed.skip();
                     first.get_or_insert(why);
                 }
             }
             readings += 1;
         }
         match (feed.counters.now().readings, first) {
-            (0, Some(why)) => Err(self.broken(&format!(
-                "nothing in {number} lines is a reading of {} numbers: {why}",
-                self.columns.each()
-            ))),
+            (0, Some(why)) => {
+                Err(self.broken(&format!("nothing in {number} lines is {}: {why}", self.columns.wanted())))
+            }
             (0, None) => {
-                let each = self.columns.each();
-                Err(self.broken(&format!("nothing came; a line is a reading of {each} numbers, as 0.5,1.5")))
+                let wanted = self.columns.wanted();
+                Err(self.broken(&format!("nothing came; a line is {wanted}, as 0.5,1.5")))
             }
             _ => Ok(()),
         }

@@ -128,6 +128,8 @@ pub(crate) struct SampleFacts {
     pub file: String,
     /// Source of the samples.
     pub source: Option<Source>,
+    /// Readings of each recording that are at rest, where nobody says others.
+    pub tare: Option<Tare>,
     /// Axes of a sample.
     pub layout: Option<Layout>,
     /// Unit of the values.

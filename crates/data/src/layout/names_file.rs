@@ -6,6 +6,7 @@ use crate::dataset::targets::Quantity;
 use crate::formats::text::read_text;
 use crate::layout::listing::last;
 use crate::options::Limits;
+use crate::tare::Tare;
 use crate::targets::quantities::named_after;
 use crate::{Error, Result};
 use serde_json::Value;
@@ -21,7 +22,7 @@ pub(crate) const NAMES: &str = "labels.json";
 /// Either file is `["a", "b"]`, or an object with that list under `classes`; for labels `[N, k]`
 /// a list of k such lists. An object may also give the source of the samples (`source`, a text: `simulated: fingertip`),
 /// their axes (`layout`: `series`, `image`, ...), the names of their channels (`channels`, a list), `unit` (a text), `rate`
-/// (a number, Hz) and highest value (`full_scale`, a number in that unit). [`convert`](crate::write::convert) also writes `group_array` and `test_array`,
+/// (a number, Hz), highest value (`full_scale`, a number in that unit) and readings at rest (`tare`, a text: `recording:18`). [`convert`](crate::write::convert) also writes `group_array` and `test_array`,
 /// which name the arrays of groups and marks, and `origins`, which lists where each sample comes from. `values` names the
 /// quantities of arrays that hold values beside the labels. Other keys are for people and not read.
 ///
@@ -150,6 +151,11 @@ fn facts(value: &Value, file: &str) -> Result<SampleFacts> {
         let wanted = "not an object such as { \"force_n\": { \"name\": \"force\", \"unit\": \"N\" } }";
         read.map_err(|_| refuse(key, given, wanted.into()))
     };
+    let tare = |(key, given): (&'static str, &Value)| {
+        let read = given.as_str().and_then(|text| text.parse().ok());
+        let tare = read.filter(|tare| matches!(tare, Tare::Recording { .. } | Tare::Off));
+        tare.ok_or_else(|| refuse(key, given, "not a text such as \"recording:18\"".into()))
+    };
     let layout = |(key, given): (&'static str, &Value)| {
         let known = || format!("none of {}", Layout::ALL.map(Layout::name).join(", "));
         let named = given.as_str().and_then(|name| name.parse::<Layout>().ok());
@@ -159,6 +165,7 @@ fn facts(value: &Value, file: &str) -> Result<SampleFacts> {
         file: file.into(),
         // Any other text says that the samples were recorded.
         source: given("source").map(text).transpose()?.and_then(|text| text.parse::<Source>().ok()),
+        tare: given("tare").map(tare).transpose()?,
         layout: given("layout").map(layout).transpose()?,
         unit: given("unit").map(text).transpose()?,
         rate: given("rate").map(number).transpose()?,

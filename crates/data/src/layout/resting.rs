@@ -14,7 +14,7 @@ use taxel_base::Layout;
 /// Takes the resting values off recordings that were read; those of an array have been taken off already.
 pub(crate) fn tare(raw: &mut Raw, options: &ReadOptions) -> Result<()> {
     let steps = match &options.tare {
-        None => return Ok(()),
+        None | Some(Tare::Off) => return Ok(()),
         Some(Tare::Array(_)) => {
             let why = "names an array beside samples of a file of arrays, of which there are none; write recording:N for the \
                        mean of the first N readings";

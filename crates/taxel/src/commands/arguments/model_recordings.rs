@@ -4,7 +4,7 @@ use std::error::Error;
 use std::path::Path;
 
 use taxel::data::{
-    FactComparison, RecordingFacts, Recordings, TableForm, TableOptions, TaskKind, recordings,
+    FactComparison, RecordingFacts, Recordings, TableForm, TableOptions, Tare, TaskKind, recordings,
 };
 use taxel::{Card, Length, ReadOptions};
 
@@ -37,7 +37,8 @@ impl ModelRecordings<'_> {
             channel_names: spec.channel_names.clone(),
             stamped: spec.recorded_rate(),
             recording: self.read_options.recording.clone().or_else(|| spec.recording.clone()),
-            tare: self.read_options.tare.clone().or_else(|| spec.tare.clone()),
+            // Of a model that reads what the sensor gives nothing is taken off.
+            tare: self.read_options.tare.clone().or_else(|| spec.tare.clone()).or(Some(Tare::Off)),
             ..self.read_options.clone()
         };
         let to = spec.layout.time_axis().map(|axis| spec.shape[axis]);
