@@ -14,6 +14,9 @@ use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 use taxel_base::Layout;
 
+/// Why a value is no tare.
+const NO_TARE: &str = "not a text such as \"recording:18\"";
+
 /// Name of the file that describes everything in its folder.
 pub(crate) const NAMES: &str = "labels.json";
 
@@ -151,11 +154,6 @@ fn facts(value: &Value, file: &str) -> Result<SampleFacts> {
         let wanted = "not an object such as { \"force_n\": { \"name\": \"force\", \"unit\": \"N\" } }";
         read.map_err(|_| refuse(key, given, wanted.into()))
     };
-    let tare = |(key, given): (&'static str, &Value)| {
-        let read = given.as_str().and_then(|text| text.parse().ok());
-        let tare = read.filter(|tare| matches!(tare, Tare::Recording { .. } | Tare::Off));
-        tare.ok_or_else(|| refuse(key, given, "not a text such as \"recording:18\"".into()))
-    };
     let layout = |(key, given): (&'static str, &Value)| {
         let known = || format!("none of {}", Layout::ALL.map(Layout::name).join(", "));
         let named = given.as_str().and_then(|name| name.parse::<Layout>().ok());
@@ -165,7 +163,9 @@ fn facts(value: &Value, file: &str) -> Result<SampleFacts> {
         file: file.into(),
         // Any other text says that the samples were recorded.
         source: given("source").map(text).transpose()?.and_then(|text| text.parse::<Source>().ok()),
-        tare: given("tare").map(tare).transpose()?,
+        tare: given("tare")
+            .map(|(key, given)| tare(given).ok_or_else(|| refuse(key, given, NO_TARE.into())))
+            .transpose()?,
         layout: given("layout").map(layout).transpose()?,
         unit: given("unit").map(text).transpose()?,
         rate: given("rate").map(number).transpose()?,
@@ -179,6 +179,12 @@ fn facts(value: &Value, file: &str) -> Result<SampleFacts> {
         quantities: given("quantities").map(quantities).transpose()?,
         values: given("values").map(values).transpose()?.unwrap_or_default(),
     })
+}
+
+/// Reads which readings of a recording are at rest.
+fn tare(given: &Value) -> Option<Tare> {
+    let tare = given.as_str()?.parse().ok()?;
+    matches!(tare, Tare::Recording { .. } | Tare::Off).then_some(tare)
 }
 
 fn strings(list: &[Value], at: &str, file: &str) -> Result<Vec<String>> {
