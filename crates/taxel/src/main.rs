@@ -10,6 +10,7 @@
 mod arrays;
 mod commands;
 mod help;
+mod live;
 mod terminal;
 
 use std::process::ExitCode;

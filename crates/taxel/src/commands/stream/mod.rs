@@ -1,6 +1,7 @@
 //! `taxel stream`: predictions for time steps as they come.
 
 mod drift;
+mod live;
 mod output;
 
 use std::io::{ErrorKind, Write};
@@ -20,8 +21,10 @@ use taxel::{Card, Model, ReadOptions};
 use crate::CommandResult;
 use crate::commands::arguments::certainty::CertaintyOptions;
 use crate::commands::arguments::model_recordings::{attributes, resize};
+use crate::live::ServeOptions;
 use crate::terminal::interrupt::flag;
 use crate::terminal::messages::{unwritable, warn};
+use live::LiveStream;
 use output::{DecisionWriter, StreamSummary};
 
 /// Time to write the last decision and the summary after a signal.
@@ -54,6 +57,9 @@ const OFF: f64 = 0.1;
 /// skipped lines, dropped time steps, gaps and jumps of the clock, latencies. A gap of half a window or more begins the
 /// window anew.
 ///
+/// --serve shows readings, decisions, sensors and latency on a page of this machine. A slow browser loses frames of it; the stream
+/// never waits for one.
+///
 /// Time steps wait in a queue (1024 at most). When predictions are slower than time steps, or nobody reads the decisions,
 /// standard input and files wait and nothing is lost; time steps that come at a fixed rate (--serial, --pace rate) are
 /// dropped and counted.
@@ -61,7 +67,8 @@ const OFF: f64 = 0.1;
 #[command(after_help = "Examples:  sensor | taxel stream model.safetensors
            taxel stream model.safetensors --serial /dev/ttyUSB0 --baud 115200 --contact
            taxel stream model.safetensors --input press.csv --pace rate --hop 10 --early 0.9
-           taxel stream model.safetensors --input recordings.npz --hop 1")]
+           taxel stream model.safetensors --input recordings.npz --hop 1
+           taxel stream model.safetensors --serial /dev/ttyUSB0 --serve 127.0.0.1:8000")]
 pub struct Stream {
     /// The model file.
     #[arg(value_hint = ValueHint::FilePath)]
@@ -126,6 +133,8 @@ pub struct Stream {
     as_is: bool,
     #[command(flatten)]
     certainty: CertaintyOptions,
+    #[command(flatten)]
+    serve: ServeOptions,
 }
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
@@ -140,7 +149,8 @@ enum Filler {
     Edge,
 }
 
-fn clock(name: &str) -> Result<Clock, String> {
+/// Reads a unit of time.
+pub fn clock(name: &str) -> Result<Clock, String> {
     Clock::named(name).ok_or_else(|| "a unit of time is s, ms, us or ns".into())
 }
 
@@ -172,6 +182,7 @@ impl Stream {
                  they come"
             ));
         }
+        let page = self.serve.open()?;
         let readings = start(self.source(), self.setup(&decider), |text| warn(text))?;
         let mut answering = Answering {
             stamps: Stamps::new(decider.ticks()),
@@ -183,6 +194,8 @@ impl Stream {
             tared: vec![],
             far: vec![],
             first: None,
+            line: vec![],
+            live: page.map(|page| LiveStream::new(page, &decider, &self.source_name(), self.early)),
         };
         let how = answering.run(&mut decider, &readings, &cancel);
         let (ended, error) = match how {
@@ -191,6 +204,9 @@ impl Stream {
             Ok(End::Output) => ("output", None),
             Err(error) => ("error", Some(error)),
         };
+        if let Some(live) = &answering.live {
+            live.end(ended);
+        }
         let counted = readings.counted();
         if decider.waits_in_vain() {
             warn(
@@ -263,6 +279,16 @@ impl Stream {
         self.input.clone().map_or(StreamSource::Input, StreamSource::Path)
     }
 
+    /// Returns the name of the source, for people.
+    fn source_name(&self) -> String {
+        match self.source() {
+            StreamSource::Input => "standard input".into(),
+            StreamSource::Path(path) => path.display().to_string(),
+            #[cfg(feature = "serial")]
+            StreamSource::Serial { port, .. } => port,
+        }
+    }
+
     fn setup(&self, decider: &Decider) -> SourceSettings {
         let card = decider.card();
         let spec = card.spec.clone();
@@ -307,6 +333,9 @@ struct Answering {
     far: Vec<usize>,
     /// Time at which the first time step came.
     first: Option<Instant>,
+    /// A decision as it is written.
+    line: Vec<u8>,
+    live: Option<LiveStream>,
 }
 
 impl Answering {
@@ -382,11 +411,19 @@ impl Answering {
             );
         }
         self.say_far_values(decider, &arrival.values);
+        let time = arrival.stamp.unwrap_or_else(|| (arrival.at - first).as_secs_f64());
+        if let Some(live) = &mut self.live {
+            live.reading(&arrival.values, time, arrival.lost);
+        }
         let Some(decision) = decider.push(&arrival.values) else { return Ok(()) };
         let latency = arrival.at.elapsed();
-        let time = arrival.stamp.unwrap_or_else(|| (arrival.at - first).as_secs_f64());
         self.summary.decided(&decision, latency);
-        self.writer.write(&decision, time, latency, out)
+        self.line.clear();
+        self.writer.write(&decision, time, latency, &mut self.line)?;
+        if let Some(live) = &mut self.live {
+            live.decided(&self.line);
+        }
+        out.write_all(&self.line)
     }
 
     /// Says each channel once that has a value far outside those of the training.
