@@ -4,7 +4,7 @@ use clap::Command;
 
 /// Titles of the groups and their commands; a build without some of them leaves those out.
 const GROUPS: [(&str, &[&str]); 6] = [
-    ("Data: your recordings, or simulated ones", &["data", "simulate", "encode"]),
+    ("Data: your recordings, or simulated ones", &["record", "data", "simulate", "encode"]),
     ("Train: networks on recordings", &["init", "run", "zoo", "cost", "import", "forward", "stitch"]),
     ("Judge: which network to take", &["report", "choose", "stress", "shrink"]),
     ("Ship: a model on a robot", &["fit", "calibrate", "predict", "stream", "inspect", "quantize", "export"]),
@@ -91,8 +91,10 @@ mod tests {
     /// the same words unless it is listed here with why.
     #[test]
     fn a_flag_has_one_meaning() {
-        // A first look in every command, each with its own way to be short; a fault and its severity, tested or simulated.
-        let one_idea = ["fault", "input", "output", "quick", "set", "severity", "margin", "weights"];
+        // A first look in every command, each with its own way to be short; a fault and its severity, tested or simulated; how
+        // many of what the command makes; a model, or a network of the zoo in its place.
+        let one_idea =
+            ["count", "model", "fault", "input", "output", "quick", "set", "severity", "margin", "weights"];
         let mut meanings: BTreeMap<String, Vec<(String, String)>> = BTreeMap::new();
         for (name, command) in all() {
             for argument in command.get_arguments().filter(|argument| !argument.is_hide_set()) {

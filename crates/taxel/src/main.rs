@@ -63,6 +63,7 @@ enum Command {
     Simulate(commands::simulate::Simulate),
     #[cfg(feature = "lab")]
     Encode(commands::encode::Encode),
+    Record(Box<commands::record::Record>),
     #[cfg(feature = "lab")]
     Init(commands::init::Init),
     #[cfg(feature = "lab")]
@@ -147,6 +148,7 @@ impl Command {
             Command::Simulate(command) => command.run(),
             #[cfg(feature = "lab")]
             Command::Encode(command) => command.run(),
+            Command::Record(command) => command.run(),
             #[cfg(feature = "lab")]
             Command::Run(command) => command.run(),
             #[cfg(feature = "lab")]

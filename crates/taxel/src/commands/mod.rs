@@ -29,6 +29,7 @@ mod judging;
 pub mod predict;
 #[cfg(feature = "lab")]
 pub mod quantize;
+pub mod record;
 #[cfg(feature = "lab")]
 pub mod report;
 #[cfg(feature = "lab")]
