@@ -23,14 +23,18 @@ impl Served {
         let errors = BufReader::new(child.stderr.take().unwrap());
         let (send, said) = channel();
         std::thread::spawn(move || errors.lines().map_while(Result::ok).try_for_each(|line| send.send(line)));
+        let mut served = Served { child, host: String::new(), said };
         let mut heard = String::new();
-        loop {
-            let Ok(line) = said.recv_timeout(Duration::from_secs(60)) else { panic!("no page: {heard}") };
+        while served.host.is_empty() {
+            let Ok(line) = served.said.recv_timeout(Duration::from_secs(60)) else {
+                panic!("no page: {heard}")
+            };
             if let Some(rest) = line.strip_prefix("live page: http://") {
-                return Served { child, host: rest.trim_end_matches('/').into(), said };
+                served.host = rest.trim_end_matches('/').into();
             }
             heard += &(line + "\n");
         }
+        served
     }
 
     /// Reads what it prints to the end.

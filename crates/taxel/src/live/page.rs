@@ -94,7 +94,8 @@ impl LivePage {
         let values = &values[..values.len().min(SHOWN)];
         let now = Instant::now();
         let begun = *frame.begun.get_or_insert_with(|| {
-            (frame.low.clear(), frame.high.clear());
+            frame.low.clear();
+            frame.high.clear();
             frame.low.extend_from_slice(values);
             frame.high.extend_from_slice(values);
             now

@@ -301,7 +301,7 @@ impl Record {
             channels: known.map_or_else(|| found.channels.clone(), |facts| facts.channels.clone()),
             rate: found.rate,
             unit: self.unit.clone(),
-            full_scale: self.full_scale.map(|full| f64::from(full)),
+            full_scale: self.full_scale.map(f64::from),
             rows,
             rest,
             is_stamped: found.is_stamped,

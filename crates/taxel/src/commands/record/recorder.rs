@@ -251,9 +251,7 @@ impl Recorder {
             match self.sensor.next() {
                 Heard::Reading(arrival, values) => {
                     if take.rows() == 0 {
-                        began = SystemTime::now()
-                            .duration_since(UNIX_EPOCH)
-                            .map_or(0.0, |time| time.as_secs_f64());
+                        began = now();
                     }
                     let progress = take.push(&arrival, &values);
                     self.pass_on(arrival, &values);
@@ -318,6 +316,12 @@ impl Recorder {
         }
         Ok(())
     }
+}
+
+/// Returns the seconds since 1970.
+#[expect(clippy::disallowed_methods, reason = "a date for people; nothing is measured by it")]
+fn now() -> f64 {
+    SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |time| time.as_secs_f64())
 }
 
 /// Returns the mean of each channel over the first `rows` time steps; none of no rows.

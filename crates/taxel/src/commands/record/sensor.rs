@@ -186,7 +186,7 @@ impl Sensor {
             (times[times.len() - 1] - times[0]) / (times.len() - 1) as f64
         };
         let rate = 1.0 / step;
-        if !is_stamped && !(rate <= FASTEST) {
+        if !is_stamped && (rate.is_nan() || rate > FASTEST) {
             return Err(format!(
                 "{label}: readings come faster than any sensor sends them, so their arrival says no rate; say --rate HZ, or \
                  name the column of time stamps with --time"
