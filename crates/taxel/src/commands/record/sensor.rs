@@ -16,6 +16,8 @@ const SETTLED: f64 = 0.3;
 pub const SILENT: Duration = Duration::from_secs(10);
 /// Steps of other lengths than the median, as a share of it, are gaps or jitter: the median is the step then.
 const UNEVEN: f64 = 0.5;
+/// Most times that the rate of time stamps may differ from that of the arrivals.
+const CLOCK: f64 = 1.5;
 /// The highest rate that arrivals can show, in Hz; a pipe may hand over a whole file at once.
 const FASTEST: f64 = 20_000.0;
 /// Time for which a time step is waited for; then signals and keys are looked for.
@@ -172,18 +174,21 @@ impl Sensor {
             ));
         }
         let first = seen[0].at;
-        let time = |arrival: &Arrival| match arrival.stamp {
-            Some(stamp) => stamp,
-            None => (arrival.at - first).as_secs_f64(),
-        };
-        let times: Vec<f64> = seen.iter().map(time).collect();
+        let arrivals: Vec<f64> = seen.iter().map(|arrival| (arrival.at - first).as_secs_f64()).collect();
+        // Buffers hand readings over in bunches, and at first what waited in them: only the whole says how fast they come.
+        let settled = arrivals.partition_point(|time| *time < SETTLED).min(arrivals.len() - 2);
+        let (settled, count) = (&arrivals[settled..], arrivals.len() - settled);
+        let arriving = (settled[count - 1] - settled[0]) / (count - 1) as f64;
         let step = if is_stamped {
-            step(&times).ok_or_else(|| format!("{label}: its time stamps do not rise; say --time COLUMN"))?
+            let stamps: Vec<f64> = seen.iter().filter_map(|arrival| arrival.stamp).collect();
+            let step = step(&stamps)
+                .ok_or_else(|| format!("{label}: its time stamps do not rise; say --time COLUMN"))?;
+            if self.kind == SourceKind::Port {
+                check_clock(1.0 / step, 1.0 / arriving).map_err(|why| format!("{label}: {why}"))?;
+            }
+            step
         } else {
-            // Buffers hand readings over in bunches, and at first what waited in them: only the whole says how fast they come.
-            let settled = times.partition_point(|time| *time < SETTLED).min(times.len() - 2);
-            let times = &times[settled..];
-            (times[times.len() - 1] - times[0]) / (times.len() - 1) as f64
+            arriving
         };
         let rate = 1.0 / step;
         if !is_stamped && (rate.is_nan() || rate > FASTEST) {
@@ -275,6 +280,18 @@ impl Sensor {
     }
 }
 
+/// Refuses time stamps that say another rate (Hz) than the arrivals of a port: their unit is another one.
+fn check_clock(stamped: f64, arriving: f64) -> Result<(), String> {
+    let ratio = stamped / arriving;
+    if (1.0 / CLOCK..=CLOCK).contains(&ratio) {
+        return Ok(());
+    }
+    Err(format!(
+        "its time stamps say {stamped:.4} Hz, and its readings come at {arriving:.4} Hz; say the unit of the stamps with --clock \
+         ms, us or ns, or their column with --time"
+    ))
+}
+
 /// Returns the step of rising stamps: the mean where they are even, else the median; none where they do not rise.
 fn step(times: &[f64]) -> Option<f64> {
     let mut steps: Vec<f64> =
@@ -323,6 +340,14 @@ mod tests {
         assert!(step(&gap).is_some_and(|step| (step - 0.01).abs() < 1e-9));
         assert_eq!(step(&[1.0, 1.0]), None);
         assert_eq!(step(&[3.0, 2.0, 1.0]), None);
+    }
+
+    #[test]
+    fn stamps_of_another_unit_are_refused() {
+        assert!(check_clock(100.0, 97.0).is_ok() && check_clock(100.0, 120.0).is_ok());
+        for (stamped, arriving) in [(0.1, 100.0), (100_000.0, 100.0), (100.0, 50.0)] {
+            assert!(check_clock(stamped, arriving).is_err_and(|why| why.contains("--clock")), "{stamped}");
+        }
     }
 
     #[test]
