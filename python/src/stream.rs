@@ -96,6 +96,11 @@ impl Stream {
         self.decider.lock().unwrap_or_else(PoisonError::into_inner).begin();
     }
 
+    /// Begins the window anew: readings are missing.
+    fn anew(&self) {
+        self.decider.lock().unwrap_or_else(PoisonError::into_inner).anew();
+    }
+
     /// Takes the level at rest anew, from the next readings; false for a model that reads what the sensor gives.
     fn tare(&self) -> bool {
         self.decider.lock().unwrap_or_else(PoisonError::into_inner).tare()

@@ -146,6 +146,10 @@ class Stream:
         """Another recording begins: nothing of the last one counts."""
         self._native.begin()
 
+    def anew(self) -> None:
+        """Readings are missing: the window begins anew. The level at rest and the history of the channels stay."""
+        self._native.anew()
+
     def tare(self) -> bool:
         """Takes the level at rest anew, from the next readings; until then nothing is decided.
 

@@ -1,0 +1,1 @@
+"""A taxel model as a ROS 2 node."""
