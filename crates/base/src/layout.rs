@@ -22,6 +22,7 @@ use crate::names;
 /// # Ok::<(), taxel_base::UnknownLayout>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Layout {
     /// `[F]`: one row of numbers.

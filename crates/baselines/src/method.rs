@@ -6,6 +6,7 @@ use crate::{Error, minirocket, svm};
 
 /// A method with its settings.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case", tag = "name", deny_unknown_fields)]
 pub enum Method {
     /// The commonest class of the training part, for every sample.

@@ -12,6 +12,7 @@ use crate::{Error, Result};
 
 /// Rows to leave out of a data set, decided on the recording with the channels that are used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 pub enum Drop {
@@ -25,6 +26,7 @@ pub enum Drop {
 
 /// Ceilings that stop a damaged or hostile file before memory is claimed for it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 #[serde(deny_unknown_fields, default)]
 pub struct Limits {
@@ -101,6 +103,7 @@ fn is<const LIMIT: u64>(value: &u64) -> bool {
 /// Unknown keys are refused when deserialized, and what is default is not serialized. Keys are snake_case; those with a
 /// hyphen (`group-block`) are read too.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 #[serde(deny_unknown_fields, default)]
 pub struct ReadOptions {

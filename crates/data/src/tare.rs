@@ -15,6 +15,7 @@ use std::str::FromStr;
 /// assert_eq!(Tare::Array("tare".into()).to_string(), "array:tare");
 /// ```
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(try_from = "Written", into = "String")]
 pub enum Tare {
     /// The mean of the first readings of each recording, before it is cut to windows.
@@ -38,6 +39,7 @@ pub struct NotATare(String);
 
 /// A tare in a config or a model card.
 #[derive(Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged)]
 enum Written {
     Text(String),

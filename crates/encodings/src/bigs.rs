@@ -26,6 +26,7 @@ const COLUMNS: usize = 3;
 
 /// In which order values are read from the series and written to the image.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Order {
     /// The first axis runs fastest, as in MATLAB.

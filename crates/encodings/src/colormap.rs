@@ -30,6 +30,7 @@ const JET: [Ramp; 3] = [
 
 /// How a field becomes an image.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Colormap {
     /// One channel, `(v + 1) / 2`: nothing is lost.

@@ -71,6 +71,7 @@ pub enum Range {
 
 /// The treatment of a constant series under [`Range::PerSample`], such as a dead recording.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Constant {
     /// [`Error::Constant`]: a dead recording is named, not encoded.

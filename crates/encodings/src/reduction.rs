@@ -18,6 +18,7 @@ use crate::{Error, Result};
 /// Channels, rows and columns are kept first, then the window and every so many-th reading, then taxels are
 /// pooled, and last the converter rounds.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Reduction {
     /// Positions that are kept along the first axis, in this order: channels of a series, fingers, or numbers of a
@@ -47,6 +48,7 @@ pub struct Reduction {
 
 /// An analog-digital converter: 2^`bits` even levels from `low` to `high`, both included.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Converter {
     /// 1 to 24.

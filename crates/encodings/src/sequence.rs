@@ -87,6 +87,7 @@ fn neighbours(t: usize, frames: usize, recorded: usize) -> (usize, usize, f64) {
 
 /// Which frame of a recording a 2D method reads.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum OneFrame {
     /// The first of those with the largest sum: full force.

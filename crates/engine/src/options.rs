@@ -21,6 +21,7 @@ pub struct EngineOptions {
 
 /// Which parameters the weight decay of optimisers touches.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Decay {
     /// All of them, as PyTorch's optimisers do.
@@ -33,6 +34,7 @@ pub enum Decay {
 
 /// The treatment of the running statistics of frozen batch norms; their weight and bias stay.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum FrozenStatistics {
     /// They are used in training and kept (PyTorch: `requires_grad_(False)` and `eval()`).

@@ -11,6 +11,7 @@ use crate::{Layout, elements, place, signal, time};
 
 /// One way in which a sensor, its wiring or its mounting fails.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Fault {
     /// Electronic noise.

@@ -17,6 +17,7 @@ use crate::{Error, Layout, Result};
 
 /// The random faults of a training sample, before it is encoded.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct TrainingFaults {
     /// Probability that a sample has a fault, 0 to 1. Default 0.7; 0 trains on clean samples.

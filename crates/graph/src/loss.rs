@@ -6,6 +6,7 @@ use crate::error::{Error, Result};
 
 /// A loss between outputs [n, outputs] and targets; always a mean, so that it does not grow with the batch.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Loss {
     /// `torch.nn.CrossEntropyLoss`: −log softmax of the labelled class, or with values as targets −Σ t·log

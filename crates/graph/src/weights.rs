@@ -20,6 +20,7 @@ pub struct Tensor {
 
 /// How fresh weights are drawn.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Scheme {
     /// PyTorch's default: weights and biases uniform in ±1/√fan_in, unless the network says otherwise.

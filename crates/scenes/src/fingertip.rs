@@ -50,6 +50,7 @@ const THUMB: usize = 0;
 
 /// Settings of the scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Fingertip {
     /// Shore A hardness of each class; distinct, each in `[0, 95]`.

@@ -54,6 +54,7 @@ const TRUTH: [&str; 3] = ["depth_mm", "spin_deg", "pitch_mm"];
 
 /// Settings of the scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Gel {
     /// The things that are pressed into the gel.
@@ -66,6 +67,7 @@ pub struct Gel {
 
 /// The things that are pressed into the gel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Touches {
     /// Thirty objects of six classes; the objects are the groups.

@@ -45,6 +45,7 @@ pub(crate) const NAME: &str = "gripper";
 
 /// Settings of the scene.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Gripper {
     /// Names of the objects, in any order; each once. Default all 30.

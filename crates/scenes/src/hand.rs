@@ -45,6 +45,7 @@ const TRUTH: [&str; 5] = ["depth_mm", "contact_s", "hold_s", "shift_along_mm", "
 
 /// Settings of the scene.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Hand {
     /// Sessions, at least 1. They take turns: sample i is of session `(i / 3) % sessions`.

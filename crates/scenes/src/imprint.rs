@@ -47,6 +47,7 @@ const REMOVABLE: [&str; 1] = ["spin"];
 
 /// Settings of the scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Imprint {
     /// Sensing elements along a side, 1 to 1024.

@@ -49,6 +49,7 @@ pub(crate) const NAME: &str = "palpation";
 
 /// Whose experiment.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum Paper {
     /// 9 deformable objects, pressed by hand, no pad, 10 frames.
     #[serde(rename = "002")]
@@ -61,6 +62,7 @@ pub enum Paper {
 
 /// Which objects of Pastor et al. 2019.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Subset {
     /// Every object of the paper.
@@ -76,6 +78,7 @@ pub enum Subset {
 
 /// Settings of the scene.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Palpation {
     /// `002` or `003`. Default 003.

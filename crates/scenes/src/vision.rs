@@ -42,6 +42,7 @@ const SIZE: f64 = 200.0;
 
 /// Settings of the scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Vision {
     /// Pixels along a side, 8 to 1024.
@@ -54,6 +55,7 @@ pub struct Vision {
 
 /// The classes to tell apart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum VisionClasses {
     /// Every object is a class of its own: thirty of those built in.

@@ -9,7 +9,7 @@ const GROUPS: [(&str, &[&str]); 6] = [
     ("Judge: which network to take", &["report", "choose", "stress", "shrink"]),
     ("Ship: a model on a robot", &["fit", "calibrate", "predict", "stream", "inspect", "quantize", "export"]),
     ("Study: many experiments on many machines", &["sweep"]),
-    ("Other", &["completions", "help"]),
+    ("Other", &["schema", "completions", "man", "help"]),
 ];
 
 /// Width of the column of names.

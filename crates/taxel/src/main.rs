@@ -101,7 +101,11 @@ enum Command {
     #[cfg(feature = "lab")]
     Forward(commands::forward::Forward),
     #[cfg(feature = "lab")]
+    Schema(commands::schema::Schema),
+    #[cfg(feature = "lab")]
     Completions(commands::completions::Completions),
+    #[cfg(feature = "lab")]
+    Man(commands::man::ManualPages),
 }
 
 /// Stack of the thread that runs a command, in bytes; that of the main thread is as small as `ulimit -s` makes it.
@@ -185,7 +189,11 @@ impl Command {
             #[cfg(feature = "lab")]
             Command::Forward(command) => command.run(),
             #[cfg(feature = "lab")]
+            Command::Schema(command) => command.run(),
+            #[cfg(feature = "lab")]
             Command::Completions(command) => command.run(),
+            #[cfg(feature = "lab")]
+            Command::Man(command) => command.run(),
         }
     }
 }

@@ -5,6 +5,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use taxel_baselines::Method;
 use taxel_data::SampleSpec;
@@ -18,14 +19,17 @@ use taxel_learn::{
 use taxel_zoo::Registry;
 use toml::{Table, Value};
 
+use crate::baseline::Baseline;
 use crate::data::Data;
+use crate::data_schema::WholeData;
 use crate::merge::merged;
 use crate::misread::Misread;
 use crate::network::{Network, RawNetwork};
 use crate::read::{read, table_of};
 
 /// One experiment: data, encoding, protocol, training, networks.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[schemars(deny_unknown_fields)]
 pub struct Config {
     /// Name of the run folder: letters, digits, `.`, `_`, `-`.
     pub name: String,
@@ -35,22 +39,28 @@ pub struct Config {
     /// The result that the author expects, in words.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub expect: Option<String>,
-    /// Seed of every random choice, 0 to 2^63 - 1.
+    /// Seed of every random choice, 0 to 2^63 - 1. Default 0.
+    #[schemars(default)]
     pub seed: u64,
     /// Where the samples come from.
+    #[schemars(with = "WholeData")]
     pub data: Data,
     /// The inputs of the networks.
+    #[schemars(with = "Option<Encoding>")]
     pub encoding: Encoding,
     /// How samples are divided into training and test.
+    #[schemars(with = "Option<Protocol>")]
     pub protocol: Protocol,
     /// How a network is trained that says nothing else.
+    #[schemars(with = "Option<Recipe>")]
     pub train: Recipe,
     /// Settings of the training that each fold chooses by itself.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub choose: Option<Choose>,
     /// The networks, in the order of the table; none where baselines are all that is compared.
     pub networks: Vec<Network>,
-    /// Methods that cost almost nothing and stand in the table too.
+    /// Methods that cost almost nothing and stand in the table too. Default all for classes.
+    #[schemars(with = "Option<Vec<Baseline>>")]
     pub baselines: Vec<Baseline>,
     /// Trains everything once more, under faults.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -60,12 +70,13 @@ pub struct Config {
     pub unknown: Option<UnknownTrial>,
     /// Tables of a paper that this run reproduces, for its page. Default none: all networks in one.
     #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[schemars(default)]
     pub tables: Vec<TableView>,
 }
 
 /// One of `[[tables]]`: some networks of the run under a title of their own, as a paper prints them. A network
 /// is trained once, whatever number of tables it stands in.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TableView {
     /// `Table 2: light networks`.
@@ -76,7 +87,7 @@ pub struct TableView {
 
 /// The `[harden]` table: every network, MiniRocket, the SVM and the extra trees are trained once more, fault-augmented, as
 /// `<label>.hardened`, and stand beside those trained on clean samples.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Harden {
     /// Faults of the training samples. Default every kind that has a meaning for them.
@@ -98,10 +109,11 @@ fn is_false(value: &bool) -> bool {
 }
 
 /// The `[choose]` table: recipes that each fold chooses from by a validation part, never by its test part.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Choose {
     /// Keys below `[train]` and the values to try: `"optimizer.lr" = [0.01, 0.001]`.
+    #[schemars(with = "BTreeMap<String, Vec<serde_json::Value>>")]
     pub grid: BTreeMap<String, Vec<Value>>,
     /// Share of the training part that is held back where the protocol has no validation part, (0, 1).
     /// Default 0.2.
@@ -114,35 +126,6 @@ pub struct Choose {
 
 fn fifth() -> f64 {
     0.2
-}
-
-/// A method of `taxel-baselines`: its name, or a table such as `{ name = "k-nn", k = 3 }`.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-#[serde(transparent)]
-pub struct Baseline(pub Method);
-
-impl Baseline {
-    /// Reads the baseline at position `i` of the list.
-    fn read(i: usize, value: Value) -> Result<Self, Misread> {
-        let key = format!("baselines.{i}");
-        let table = match value {
-            Value::String(name) => Table::from_iter([("name".to_string(), Value::String(name))]),
-            Value::Table(table) => table,
-            other => {
-                let message = "the name of a baseline, or a table such as { name = \"k-nn\", k = 3 }";
-                return Err(Misread::new(key, format!("{other} is not {message}")));
-            }
-        };
-        let name = table.get("name").and_then(Value::as_str).unwrap_or_default();
-        let is_new = |method: &Method| Method::all().iter().all(|other| other.name() != method.name());
-        let known: Vec<Method> =
-            Method::all().into_iter().chain(Method::of_values().into_iter().filter(is_new)).collect();
-        if !known.iter().any(|method| method.name() == name) {
-            let hint = taxel_base::names::hint(name, known.iter().map(Method::name));
-            return Err(Misread::new(key, format!("no baseline is called `{name}`; {hint}")));
-        }
-        read(&key, Value::Table(table)).map(Baseline)
-    }
 }
 
 /// The file as it is written, before defaults and overrides meet.

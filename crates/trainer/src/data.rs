@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use taxel_base::names::unknown;
 use taxel_data::{Layout, ReadOptions, TargetNames};
@@ -16,10 +17,11 @@ use crate::read::{one_line, read};
 pub const SAMPLES: usize = 1500;
 
 /// The source of the samples, and the labels that are learned.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Data {
     /// A scene, or recordings on disk.
     #[serde(flatten)]
+    #[schemars(skip)]
     pub origin: Origin,
     /// The largest possible reading, for `scale = "full-scale"`; a scene knows its own, and so does a data
     /// set with `full_scale` in its labels.json.
@@ -33,15 +35,18 @@ pub struct Data {
     pub rate: Option<f64>,
     /// Takes every frame of a squeeze for a sample of its own, as single images are learned from (Pastor et al. 2019).
     #[serde(skip_serializing_if = "std::ops::Not::not")]
+    #[schemars(default)]
     pub each_frame: bool,
     /// Learns every column of labels `[N, k]`, under these names: the two levels of Zhang et al. 2022.
     #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[schemars(with = "Option<Vec<String>>")]
     pub attributes: Vec<String>,
     /// Keeps the samples of these classes only, in this order.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub classes: Option<Vec<String>>,
     /// Groups of classes that look alike, by name: the results tell mistakes within from those between.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    #[schemars(with = "Option<BTreeMap<String, Vec<String>>>")]
     pub look_alikes: BTreeMap<String, Vec<String>>,
 }
 
@@ -56,7 +61,7 @@ pub enum Origin {
 }
 
 /// A simulated world.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SceneOrigin {
     /// A scene of `taxel simulate`.
@@ -69,6 +74,7 @@ pub struct SceneOrigin {
     pub y: Option<TargetNames>,
     /// Settings of the scene.
     #[serde(default, skip_serializing_if = "Table::is_empty")]
+    #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     pub set: Table,
     /// Effects of the scene to leave out.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -80,7 +86,7 @@ fn samples() -> usize {
 }
 
 /// Recordings on disk, and how they are read.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct RecordingsOrigin {
     /// A file or folder of recordings; `${NAME}` is replaced by the environment variable. A relative path
     /// starts at the config's folder.

@@ -19,8 +19,10 @@
 //! # Ok::<(), taxel_trainer::Error>(())
 //! ```
 
+mod baseline;
 mod config;
 mod data;
+mod data_schema;
 mod error;
 mod experiment;
 mod merge;
@@ -29,6 +31,7 @@ mod network;
 mod network_file;
 mod positions;
 mod read;
+mod reference;
 mod run;
 mod samples;
 mod start;
@@ -36,12 +39,14 @@ mod unknown;
 mod value_reader;
 mod variant;
 
-pub use config::{Baseline, Choose, Config};
+pub use baseline::Baseline;
+pub use config::{Choose, Config};
 pub use data::{Data, Origin, RecordingsOrigin, SAMPLES, SceneOrigin, settings};
 pub use error::{Error, Result};
 pub use experiment::{Experiment, Overrides, name_of};
 pub use network::Network;
 pub use network_file::read_network;
+pub use reference::{page, schema};
 pub use run::{RUN_CONFIG, Runner, open, prepared, run};
 pub use samples::{quantity, simulate, simulated};
 pub use start::{Estimate, Start};

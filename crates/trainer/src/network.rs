@@ -1,7 +1,9 @@
 //! One of an experiment's networks: of the zoo, or from a file.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use taxel_learn::{Check, Problem, Published, Recipe, file_name, require};
 use taxel_zoo::{Registry, Settings};
@@ -13,9 +15,11 @@ use crate::network_file::is_onnx;
 use crate::read::{one_line, read};
 
 /// One of `[[networks]]`.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[schemars(deny_unknown_fields)]
 pub struct Network {
     /// Name in the registry; of a network from a file its own, by default the file's.
+    #[schemars(with = "Option<String>")]
     pub name: String,
     /// An ONNX file in place of a name in the registry, such as `torch.onnx.export` writes; `${NAME}` is an environment
     /// variable. Its last layer gets as many outputs as the data have classes.
@@ -26,17 +30,21 @@ pub struct Network {
     pub file: Option<String>,
     /// Whether fresh weights are drawn in place of those of `onnx` or `file`. Default false.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
+    #[schemars(default)]
     pub fresh: bool,
-    /// Name in tables and files.
+    /// Name in tables and files. Default `name`.
+    #[schemars(with = "Option<String>")]
     pub label: String,
     /// Settings of the network other than its input and output sizes, which come from the data.
     #[serde(skip_serializing_if = "Table::is_empty")]
+    #[schemars(with = "Option<BTreeMap<String, serde_json::Value>>")]
     pub set: Table,
     /// Checkpoint that every fold starts from, `.safetensors` or `.pth`; `${NAME}` is an environment
     /// variable. A head for another number of classes is drawn. Default fresh weights.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub weights: Option<String>,
-    /// How this network is trained.
+    /// How this network is trained, where it is not as `[train]` says: the same keys.
+    #[schemars(with = "Option<Recipe>")]
     pub train: Recipe,
     /// Numbers that its authors report on their data.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -4,7 +4,7 @@ use taxel_learn::{Problem, Reduction, clean};
 use taxel_zoo::{Entry, Registry, WIDTH_MULT, WITHOUT_BLOCKS, WITHOUT_LAYERS};
 use toml::{Table, Value};
 
-use crate::config::Baseline;
+use crate::baseline::Baseline;
 use crate::error::Result;
 use crate::experiment::Experiment;
 use crate::network::Network;

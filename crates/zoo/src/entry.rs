@@ -182,6 +182,24 @@ impl Entry {
         usize::try_from(value).ok()
     }
 
+    /// Returns its own settings, which do not come from the data, with their defaults: none for a network that [`Entry::new`]
+    /// made.
+    pub fn settings(&self) -> Settings {
+        let is_size = |key: &str| {
+            key == "classes" || self.inputs.iter().flat_map(|input| &input.keys).any(|size| size == key)
+        };
+        let mut settings = self.defaults.clone();
+        settings.retain(|key, _| !is_size(key));
+        if self.is_resizable() {
+            for (key, value) in
+                [(WIDTH_MULT, 1.0.into()), (WITHOUT_BLOCKS, 0.into()), (WITHOUT_LAYERS, 0.into())]
+            {
+                settings.entry(key).or_insert(value);
+            }
+        }
+        settings
+    }
+
     /// Returns the default of [`WIDTH_MULT`]; none for a network that [`Entry::new`] made.
     pub fn width_mult(&self) -> Option<f64> {
         match self.defaults.get(WIDTH_MULT) {

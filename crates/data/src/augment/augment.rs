@@ -14,6 +14,7 @@ use serde::{Deserialize, Serialize};
 
 /// Random changes of a training sample; none by default. The first four keys change images, the others raw readings.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Augment {
     /// Every other image, at random, has its rows in reverse order.

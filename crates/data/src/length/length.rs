@@ -19,6 +19,7 @@ use std::str::FromStr;
 /// # Ok::<(), taxel_data::NotALength>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Length {
     /// The whole recording at `to` equally spaced times from its first time step to its last. Values between are linearly
@@ -59,6 +60,7 @@ pub enum Length {
 
 /// The values that fill up a short recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Padding {
     /// Zeros.
@@ -70,6 +72,7 @@ pub enum Padding {
 
 /// The treatment of a recording that is longer than others are filled up to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Longer {
     /// It is refused by name.
@@ -81,6 +84,7 @@ pub enum Longer {
 
 /// The part of a recording that is kept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum CropPart {
     /// The first time steps.

@@ -20,6 +20,7 @@ const REST: &str = "rest";
 /// # Ok::<(), taxel_data::NotAnEvent>(())
 /// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(try_from = "String", into = "String")]
 pub struct Event {
     name: String,

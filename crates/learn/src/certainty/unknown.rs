@@ -11,6 +11,7 @@ use crate::problem::{Problem, within};
 
 /// The `[unknown]` table: every row is trained without some classes, and its gate sees samples of them.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct UnknownTrial {
     /// Share of the classes that a training leaves out, (0, 1), at least one class. Default 0.25.

@@ -76,3 +76,28 @@ impl<'de> Visitor<'de> for RangeVisitor {
         }
     }
 }
+
+#[cfg(feature = "schema")]
+impl schemars::JsonSchema for Range {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Range".into()
+    }
+
+    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        schemars::json_schema!({
+            "anyOf": [
+                { "const": "per-sample", "description": "Minimum and maximum of each sample: amplitude is lost." },
+                {
+                    "type": "object",
+                    "description": "The same two readings for every sample: amplitude is kept.",
+                    "properties": {
+                        "low": { "type": "number", "description": "The reading that becomes -1." },
+                        "high": { "type": "number", "description": "The reading that becomes 1." },
+                    },
+                    "required": ["low", "high"],
+                    "additionalProperties": false,
+                },
+            ],
+        })
+    }
+}

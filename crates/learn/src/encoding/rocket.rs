@@ -17,6 +17,7 @@ const LEAST_SD: f32 = 0.02;
 
 /// Settings of the `rocket` input.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct RocketSettings {
     /// Number of features, rounded down to a multiple of 84: 84 to 100,000. Default 2000.

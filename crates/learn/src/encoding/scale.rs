@@ -6,6 +6,7 @@ use crate::problem::{Check, require};
 
 /// How readings are scaled.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Scale {
     /// `(v - mean) / sd` per channel, fitted on the training part of each fold.
@@ -22,6 +23,7 @@ pub enum Scale {
 
 /// Scaled readings.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Scaled {
     /// Scale of the readings. Default `z-score`; Kaewrakmuk and Srinonchat 2026 name none.

@@ -14,6 +14,7 @@ use crate::problem::{Check, Problem, require, within};
 
 /// How samples become the inputs of networks.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Encoding {
     /// Readings at the start of [N, C, T] whose mean is taken off each channel, for networks and baselines
@@ -44,6 +45,7 @@ pub struct Encoding {
 
 /// The `image` input, by what it is made of.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case", tag = "kind")]
 pub enum Image {
     /// Gramian angular difference field of the raw readings, coloured: the choice of Kaewrakmuk and Srinonchat 2026.
@@ -65,6 +67,7 @@ pub enum Image {
 
 /// A field is always made from raw readings, whatever the `signal` input says.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct GramianSettings {
     /// Rows and columns. Default 50.
@@ -86,6 +89,7 @@ impl Default for GramianSettings {
 
 /// Images as recorded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct PictureSettings {
     /// Scale of the pixels. Default `full-scale`.
@@ -105,16 +109,17 @@ impl Default for PictureSettings {
 
 /// One frame of a squeeze.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct SqueezeFrame {
     /// `"peak"` (default), or `{ at = 5 }`.
     pub frame: OneFrame,
-    /// As of [`PictureSettings`].
+    /// Scale of the taxels. Default `full-scale`.
     pub scale: Scale,
-    /// As of [`PictureSettings`].
+    /// `[height, width]` in taxels to resample to, bilinear. Default as recorded.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub resize: Option<[usize; 2]>,
-    /// As of [`PictureSettings`].
+    /// One grey channel becomes the red of three (Rouhafzay et al. 2021). Default false.
     pub red: bool,
 }
 
@@ -127,6 +132,7 @@ impl Default for SqueezeFrame {
 
 /// NumaTac bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Bits {
     /// Ticks from contact on. Default 300.
@@ -141,11 +147,12 @@ impl Default for Bits {
 
 /// Frames of electrodes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Electrodes {
     /// In which order values are read and written: `columns` (default), as in MATLAB, or `rows`.
     pub order: Order,
-    /// As of [`PictureSettings`].
+    /// Scale of the readings. Default `full-scale`.
     pub scale: Scale,
 }
 
@@ -157,6 +164,7 @@ impl Default for Electrodes {
 
 /// Squeezes [N, T, H, W] as tactile tensors [N, 1, H, W, T] (Pastor et al. 2019).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct TensorSettings {
     /// Frames to resample to. Default as recorded.

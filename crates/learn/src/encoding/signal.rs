@@ -8,6 +8,7 @@ use crate::problem::{Check, within};
 
 /// The `signal` input, by what it is made of.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(try_from = "Keys", into = "Keys")]
 pub enum Signal {
     /// The readings [N, C, T], scaled; what a config means that names no kind.
@@ -57,25 +58,37 @@ impl Signal {
 
 /// The keys in a file: readings that are scaled need no kind.
 #[derive(Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct Keys {
+    /// The kind of the input. Default `scaled`.
     #[serde(skip_serializing_if = "Option::is_none")]
     kind: Option<SignalKind>,
+    /// Of `scaled`: scale of the readings. Default `z-score`.
     #[serde(skip_serializing_if = "Option::is_none")]
     scale: Option<Scale>,
+    /// Of `quantile-code`: ramps that all channels share, 1 to 100,000; each of a channel's four views gets 2 to 16. Default 768.
     #[serde(skip_serializing_if = "Option::is_none")]
     ramps: Option<usize>,
+    /// Of `quantile-code`: most steps in time that come out, 1 to 1,000,000. Default 40.
     #[serde(skip_serializing_if = "Option::is_none")]
     steps: Option<usize>,
+    /// Of `history`: readings back in time, each from 1, whose differences to the last one are inputs. Default
+    /// `[1, 2, 4, 8, 16, 32]`.
     #[serde(skip_serializing_if = "Option::is_none")]
     lags: Option<Vec<usize>>,
 }
 
+/// The kind of the `signal` input.
 #[derive(Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 enum SignalKind {
+    /// The readings, scaled.
     Scaled,
+    /// Ramps between quantiles of the readings and their changes.
     QuantileCode,
+    /// The last reading of each channel and its differences to earlier ones, as z-scores.
     History,
 }
 

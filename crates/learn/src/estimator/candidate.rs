@@ -65,6 +65,7 @@ pub struct Hardening {
 /// Published scores in %, each `[mean, SD]`, or `[mean]` where no spread is published: never measured here,
 /// never on these data.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Published {
     /// Where they stand: `Kaewrakmuk and Srinonchat 2026, Table 5`.

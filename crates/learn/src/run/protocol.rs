@@ -13,6 +13,7 @@ use crate::problem::{Check, Problem, require, share, within};
 
 /// The samples that a split spreads evenly or keeps together.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Split {
     /// Classes are spread evenly; exact copies stay in one part.
@@ -24,6 +25,7 @@ pub enum Split {
 
 /// How samples become training, validation and test parts.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case", tag = "kind", deny_unknown_fields)]
 pub enum Protocol {
     /// Every sample is tested once per repetition (Kaewrakmuk and Srinonchat 2026: stratified, 5 folds).
@@ -43,7 +45,7 @@ pub enum Protocol {
         /// Samples that it spreads evenly or keeps together.
         #[serde(default)]
         split: Split,
-        /// As in [`Protocol::KFold`].
+        /// How often everything is repeated with other parts, 1 to 1000. Default 1.
         #[serde(default = "one")]
         repetitions: usize,
         /// Share that is tested, (0, 1). Default 0.2.
@@ -59,7 +61,7 @@ pub enum Protocol {
         /// Samples that it spreads evenly or keeps together.
         #[serde(default)]
         split: Split,
-        /// As in [`Protocol::KFold`].
+        /// How often everything is repeated with other parts, 1 to 1000. Default 1.
         #[serde(default = "one")]
         repetitions: usize,
         /// Share that is tested, (0, 1). Default 0.2.

@@ -8,6 +8,7 @@ use crate::problem::{Check, require};
 
 /// An optimiser with its settings, named and counted as in `torch.optim`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case", tag = "name", deny_unknown_fields)]
 pub enum Optimizer {
     /// Stochastic gradient descent with momentum (`torch.optim.SGD`).
@@ -33,6 +34,7 @@ pub enum Optimizer {
 
 /// Settings of the optimisers that remember two moments of the gradient.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Moments {
     /// Learning rate, above 0. Default 0.01.

@@ -19,6 +19,7 @@ pub(crate) const LARGEST_BATCH: usize = 65_536;
 
 /// Which statistics batch norm uses once training has ended.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum BatchNorm {
     /// Mean and variance over the whole training set (MATLAB's; presumably that of the first four of `docs/papers.md`).
@@ -42,6 +43,7 @@ impl BatchNorm {
 
 /// How much the mistakes on a class count.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum ClassWeights {
     /// Every sample the same.
@@ -54,6 +56,7 @@ pub enum ClassWeights {
 
 /// The criterion on a validation part: `loss`, or the name of a metric of the task, such as `accuracy`.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(from = "String", into = "String")]
 pub enum Criterion {
     /// The lowest loss.
@@ -123,6 +126,7 @@ impl Criterion {
 /// Keeps the weights of the best epoch and stops once they have been the best for long. The validation part
 /// is the protocol's, or held back from the training part of each fold.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct EarlyStopping {
     /// Epochs without a better one before training stops, 1 to 100,000. Default 10.
@@ -142,6 +146,7 @@ impl Default for EarlyStopping {
 
 /// How a network is trained; [`Recipe::default`] is that of Kaewrakmuk and Srinonchat 2026.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Recipe {
     /// Passes over the training set, 1 to 100,000. Default 100.

@@ -9,6 +9,7 @@ const FACTOR: f64 = 0.1;
 
 /// The learning rate of each epoch as a multiple of the first.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case", tag = "kind", deny_unknown_fields)]
 pub enum Schedule {
     /// The same rate in every epoch.

@@ -47,7 +47,7 @@ impl Front {
         for step in &self.steps {
             match step {
                 FrontStep::Reshape(to) => {
-                    if to.iter().product::<usize>() != shape.iter().product() {
+                    if to.iter().product::<usize>() != shape.iter().product::<usize>() {
                         return refuse(format!("{shape:?} cannot become {to:?}"));
                     }
                     if *to != shape {

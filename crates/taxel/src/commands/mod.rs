@@ -26,6 +26,8 @@ pub mod init;
 pub mod inspect;
 #[cfg(feature = "lab")]
 mod judging;
+#[cfg(feature = "lab")]
+pub mod man;
 pub mod predict;
 #[cfg(feature = "lab")]
 pub mod quantize;
@@ -34,6 +36,8 @@ pub mod record;
 pub mod report;
 #[cfg(feature = "lab")]
 pub mod run;
+#[cfg(feature = "lab")]
+pub mod schema;
 #[cfg(feature = "lab")]
 pub mod shrink;
 #[cfg(feature = "lab")]

@@ -2,7 +2,8 @@
 //!
 //! Names out of foreign files cannot steer a terminal: what is printed passes `taxel_base::printable`.
 //!
-//! `--quiet` leaves errors and results, `--verbose` adds details. Colours need a terminal, and `NO_COLOR` turns them off.
+//! `--quiet` leaves errors and results, `--verbose` adds details. Colours need a terminal; `NO_COLOR` turns them
+//! off everywhere, and `CLICOLOR_FORCE` on where there is no terminal.
 
 use std::fmt::{Arguments, Display};
 use std::io::{ErrorKind, IsTerminal, Write};
@@ -65,7 +66,7 @@ fn message(kind: Verbosity, label: &str, colour: &str, text: &dyn Display) {
     let text = text.to_string();
     let text = printable(&text);
     let mut stderr = std::io::stderr().lock();
-    let is_coloured = !label.is_empty() && stderr.is_terminal() && !is_set("NO_COLOR");
+    let is_coloured = !label.is_empty() && wants_colour(stderr.is_terminal(), variable);
     let _ = if is_coloured {
         writeln!(stderr, "\x1b[{colour}m{label}\x1b[0m{text}")
     } else {
@@ -73,9 +74,20 @@ fn message(kind: Verbosity, label: &str, colour: &str, text: &dyn Display) {
     };
 }
 
-/// Checks whether an environment variable has a value.
-fn is_set(name: &str) -> bool {
-    std::env::var_os(name).is_some_and(|value| !value.is_empty())
+/// Checks whether messages have colours, by the usual variables: `NO_COLOR` (no-color.org) says no, `CLICOLOR_FORCE`
+/// (bixense.com/clicolors) other than 0 says yes, `CLICOLOR=0` says no; otherwise a terminal has them.
+fn wants_colour(is_terminal: bool, variable: impl Fn(&str) -> Option<String>) -> bool {
+    let is = |name: &str, holds: fn(&str) -> bool| variable(name).is_some_and(|value| holds(&value));
+    if is("NO_COLOR", |value| !value.is_empty()) {
+        return false;
+    }
+    is("CLICOLOR_FORCE", |value| !value.is_empty() && value != "0")
+        || is_terminal && !is("CLICOLOR", |value| value == "0")
+}
+
+/// Returns the value of an environment variable.
+fn variable(name: &str) -> Option<String> {
+    std::env::var_os(name).map(|value| value.to_string_lossy().into_owned())
 }
 
 /// Writes to standard output. A reader that has gone (`taxel zoo | head`) ends the process quietly; an output that
@@ -117,6 +129,20 @@ mod tests {
     fn verbosity_decides_what_is_said() {
         assert!(says(Verbosity::Quiet) && says(Verbosity::Normal) && !says(Verbosity::Verbose));
         assert!(Verbosity::Quiet < Verbosity::Normal && Verbosity::Normal < Verbosity::Verbose);
+    }
+
+    #[test]
+    fn colours_follow_the_usual_variables() {
+        let wants = |is_terminal, set: &[(&str, &str)]| {
+            let found =
+                |name: &str| set.iter().find(|(key, _)| *key == name).map(|(_, value)| value.to_string());
+            wants_colour(is_terminal, found)
+        };
+        assert!(wants(true, &[]) && !wants(false, &[]));
+        assert!(!wants(true, &[("NO_COLOR", "1")]) && wants(true, &[("NO_COLOR", "")]));
+        assert!(wants(false, &[("CLICOLOR_FORCE", "1")]) && !wants(false, &[("CLICOLOR_FORCE", "0")]));
+        assert!(!wants(true, &[("NO_COLOR", "1"), ("CLICOLOR_FORCE", "1")]));
+        assert!(!wants(true, &[("CLICOLOR", "0")]) && wants(true, &[("CLICOLOR", "1")]));
     }
 
     #[test]

@@ -21,6 +21,7 @@ use std::str::FromStr;
 /// # Ok::<(), taxel_data::NotATable>(())
 /// ```
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct TableOptions {
     /// Meaning of a row. Default long where there is a column of recordings.
@@ -50,6 +51,7 @@ pub struct TableOptions {
 
 /// Meaning of a row of a table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum TableForm {
     /// One time step of all channels; the rows of a recording are its time steps.
@@ -60,6 +62,7 @@ pub enum TableForm {
 
 /// The unit of time stamps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum Clock {
     /// Seconds.
     #[serde(rename = "s")]
