@@ -58,7 +58,7 @@ pub use estimator::trainable::Trainable;
 pub use estimator::tuning::Tuning;
 pub use latency::{Latency, Stopwatch, milliseconds};
 pub use model::{
-    Card, FORMAT, Model, ModelInput, ModelKind, OutsideRange, Predictions, Predictor, Quantized, Ranges,
+    Card, FORMAT, HUB_LIBRARY, Model, ModelInput, ModelKind, OutsideRange, Predictions, Predictor, Quantized, Ranges,
     Score, TrainedOn, TrainingPart, Workspace,
 };
 pub use problem::{Check, Problem, require, share, within};

@@ -123,6 +123,14 @@ impl Outcome {
         }
     }
 
+    /// Returns true and predicted values `[samples, quantities]`; nothing of labels.
+    pub fn values(&self) -> (&[f32], &[f32]) {
+        match self {
+            Outcome::Values { truth, predicted, .. } => (truth, predicted),
+            Outcome::Labels { .. } => (&[], &[]),
+        }
+    }
+
     /// Returns the mean loss: the log loss of labels, of several attributes the mean over them; the squared error of
     /// values.
     ///

@@ -39,7 +39,7 @@ impl Model {
                 "was trained on these recordings, and is surer of them than of others; give new ones".into(),
             ));
         }
-        let held = HeldOut { truth: labels(self, dataset).map_err(refuse)?, ..HeldOut::default() };
+        let held = HeldOut { truth: card.labels_of(dataset).map_err(refuse)?, ..HeldOut::default() };
         let plain = self.clone().with_certainty(None);
         let predictor = plain.predictor(card.batch(), 1)?;
         let logits = predictor.logits(x)?;
@@ -58,27 +58,4 @@ impl Model {
             None => Err(refuse(format!("cannot be calibrated on {n} samples; give 30 or more"))),
         }
     }
-}
-
-/// Returns the labels of a data set `[n, attributes]` as the numbers of the model's classes of the same names.
-fn labels(model: &Model, dataset: &Dataset) -> std::result::Result<Vec<u32>, String> {
-    let known = model.card().task.attributes();
-    let labels = dataset.targets.labels().filter(|_| !known.is_empty());
-    let labels =
-        labels.ok_or("predicts values, or the recordings hold some: only classes have probabilities")?;
-    let given = labels.attributes();
-    if given.len() != known.len() {
-        return Err(format!("predicts {} attributes, and the recordings have {}", known.len(), given.len()));
-    }
-    let mut numbers: Vec<Vec<u32>> = vec![];
-    for (known, given) in known.iter().zip(given) {
-        let number = |class: &String| {
-            let at = known.classes.iter().position(|name| name == class);
-            at.map(|at| at as u32)
-                .ok_or_else(|| format!("knows no class {class:?}; it knows {}", known.classes.join(", ")))
-        };
-        numbers.push(given.classes.iter().map(number).collect::<std::result::Result<_, _>>()?);
-    }
-    let columns = numbers.iter().cycle();
-    Ok(labels.values().iter().zip(columns).map(|(label, numbers)| numbers[*label as usize]).collect())
 }

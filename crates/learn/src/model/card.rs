@@ -9,7 +9,7 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 use taxel_base::thousands;
 use taxel_baselines::Method;
-use taxel_data::{SampleSpec, Source, Task};
+use taxel_data::{Dataset, SampleSpec, Source, Task};
 use taxel_graph::{Graph, Loss};
 use taxel_guard::Guard;
 
@@ -205,6 +205,32 @@ impl Card {
     /// Returns the number of values that it computes for one sample, of which the first ones answer.
     pub(crate) fn width(&self) -> usize {
         self.task.outputs() * self.value_loss().map_or(1, Loss::outputs_per_target)
+    }
+
+    /// Returns the labels of a data set `[n, attributes]` as the numbers of the model's classes of the same names.
+    ///
+    /// # Errors
+    /// A model of values, or recordings that hold some; a class that the model does not know. The model is the subject.
+    pub fn labels_of(&self, dataset: &Dataset) -> Result<Vec<u32>, String> {
+        let known = self.task.attributes();
+        let labels = dataset.targets.labels().filter(|_| !known.is_empty());
+        let labels =
+            labels.ok_or("predicts values, or the recordings hold some: only classes have probabilities")?;
+        let given = labels.attributes();
+        if given.len() != known.len() {
+            return Err(format!("predicts {} attributes, and the recordings have {}", known.len(), given.len()));
+        }
+        let mut numbers: Vec<Vec<u32>> = vec![];
+        for (known, given) in known.iter().zip(given) {
+            let number = |class: &String| {
+                let at = known.classes.iter().position(|name| name == class);
+                at.map(|at| at as u32)
+                    .ok_or_else(|| format!("knows no class {class:?}; it knows {}", known.classes.join(", ")))
+            };
+            numbers.push(given.classes.iter().map(number).collect::<Result<_, _>>()?);
+        }
+        let columns = numbers.iter().cycle();
+        Ok(labels.values().iter().zip(columns).map(|(label, numbers)| numbers[*label as usize]).collect())
     }
 
     /// Returns the number of samples that are predicted at a time.

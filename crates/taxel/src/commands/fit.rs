@@ -9,7 +9,8 @@ use taxel::experiment::{Runner, settings};
 use taxel::judge::{Case, Judgement, held_out};
 use taxel::learn::certainty::{Certainty, HeldOut, HeldOutParts, HeldOutValues, Intervals};
 use taxel::learn::metrics::Levels;
-use taxel::learn::{FoldRecord, Results, Score, Tuning};
+use taxel::base::files::write_whole;
+use taxel::learn::{FoldRecord, HUB_LIBRARY, Results, Score, Tuning};
 use taxel::{Dataset, Experiment, Model, Overrides, ReadOptions, Registry, RunFolder, RunOptions};
 
 use crate::CommandResult;
@@ -34,6 +35,7 @@ use crate::{out, outln};
 #[command(after_help = "Examples:  taxel fit runs/quickstart --output hardness.safetensors
            taxel fit runs/glove --network resnet8-lite-1d --output glove.safetensors
            taxel fit configs/quickstart.toml --network mlp --output mlp.safetensors
+           taxel fit runs/glove --output hub/glove.safetensors --model-card
            taxel fit ten-presses.npz --from force.safetensors --output new-force.safetensors")]
 pub struct Fit {
     /// A run folder, or an experiment file; with --from labelled recordings.
@@ -71,6 +73,9 @@ pub struct Fit {
     /// Seed of every random choice [default: the config's].
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
+    /// The model card of the Hugging Face Hub as well: README.md beside the model, with a head in YAML.
+    #[arg(long)]
+    model_card: bool,
     /// Seconds between two savings of the training [default: 10].
     #[arg(long, value_name = "SECONDS")]
     save_every: Option<f64>,
@@ -101,6 +106,7 @@ impl Fit {
         let cancel = flag(GRACE)?;
         let registry = Registry::built_in();
         check_model_output(&self.output)?;
+        self.refuse_page()?;
         if let Some(model) = &self.from {
             return self.tune(&Model::open(model)?, &cancel);
         }
@@ -161,6 +167,12 @@ impl Fit {
     /// Writes a model, and its card to standard output.
     fn write(&self, model: &Model) -> CommandResult {
         model.save(&self.output)?;
+        if self.model_card {
+            let (path, file) = (self.page(), self.output.file_name().unwrap_or_default().to_string_lossy());
+            write_whole(&path, model.card().hub_page(&file).as_bytes())
+                .map_err(|error| format!("{}: cannot be written: {error}", path.display()))?;
+            note(format!("model card: {}", path.display()));
+        }
         if self.format.is_json() {
             outln!("{}", serde_json::to_string_pretty(model.card())?);
         } else {
@@ -168,6 +180,22 @@ impl Fit {
             outln!("model        {}", self.output.display());
         }
         Ok(ExitCode::SUCCESS)
+    }
+
+    /// Returns where the model card of the Hub is written.
+    fn page(&self) -> PathBuf {
+        self.output.with_file_name("README.md")
+    }
+
+    /// Refuses to write the model card over a page of somebody else's.
+    fn refuse_page(&self) -> Result<(), String> {
+        let path = self.page();
+        let is_own = |text: String| text.lines().take(2).any(|line| line == HUB_LIBRARY);
+        if self.model_card && path.exists() && !std::fs::read_to_string(&path).is_ok_and(is_own) {
+            let fix = "it is no model card of taxel; leave --model-card out, or write the model elsewhere";
+            return Err(format!("{}: is there already, and {fix}", path.display()));
+        }
+        Ok(())
     }
 
     fn overrides(&self) -> Overrides {
