@@ -6,7 +6,7 @@ use clap::Command;
 const GROUPS: [(&str, &[&str]); 6] = [
     ("Data: your recordings, or simulated ones", &["record", "data", "simulate", "encode"]),
     ("Train: networks on recordings", &["init", "run", "zoo", "cost", "import", "forward", "stitch"]),
-    ("Judge: which network to take", &["report", "choose", "stress", "shrink"]),
+    ("Judge: which network to take", &["report", "results", "choose", "compare", "stress", "shrink"]),
     ("Ship: a model on a robot", &["fit", "calibrate", "predict", "stream", "inspect", "quantize", "export"]),
     ("Study: many experiments on many machines", &["sweep"]),
     ("Other", &["schema", "completions", "man", "help"]),

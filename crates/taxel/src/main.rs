@@ -79,7 +79,11 @@ enum Command {
     #[cfg(feature = "lab")]
     Report(commands::report::Report),
     #[cfg(feature = "lab")]
+    Results(commands::results::ResultsOfRuns),
+    #[cfg(feature = "lab")]
     Choose(commands::choose::Choose),
+    #[cfg(feature = "lab")]
+    Compare(Box<commands::compare::Compare>),
     #[cfg(feature = "lab")]
     Stress(commands::stress::Stress),
     Predict(Box<commands::predict::Predict>),
@@ -168,7 +172,11 @@ impl Command {
             #[cfg(feature = "lab")]
             Command::Report(command) => command.run(),
             #[cfg(feature = "lab")]
+            Command::Results(command) => command.run(),
+            #[cfg(feature = "lab")]
             Command::Choose(command) => command.run(),
+            #[cfg(feature = "lab")]
+            Command::Compare(command) => command.run(),
             #[cfg(feature = "lab")]
             Command::Stress(command) => command.run(),
             Command::Predict(command) => command.run(),

@@ -7,7 +7,9 @@ mod comparison;
 mod eight_bits;
 mod hardening;
 mod p_value;
+mod places;
 mod shrinking;
+mod side_by_side;
 pub mod statistics;
 
 #[cfg(test)]
@@ -20,3 +22,4 @@ pub use comparison::{Comparison, Effect, Predicted, Statistic};
 pub use eight_bits::eight_bits;
 pub use hardening::hardening;
 pub use shrinking::{contrasts, knee, mean_score};
+pub use side_by_side::{Side, side_by_side};

@@ -93,6 +93,7 @@ pub fn judge(case: &Case, options: &JudgeOptions) -> Result<Judgement> {
         early,
         certainty: certainty(case)?,
         errors: errors(case)?,
+        learning_curve: None,
         results,
     })
 }

@@ -3,6 +3,7 @@
 //! Everything is a function of the judgement and the choice: equal ones give equal bytes.
 
 mod charts;
+mod curve_words;
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod fixture;
@@ -18,6 +19,7 @@ mod tables;
 mod tests;
 mod words;
 
+pub use curve_words::curve_words;
 pub use overview::{OverviewRun, overview};
 pub use ranked::Ranked;
 pub use report::{NetworkSummary, Report, report};

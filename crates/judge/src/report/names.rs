@@ -50,6 +50,7 @@ pub(super) mod chart {
     pub const FAULT_LOSSES: &str = "fault-losses";
     pub const FEW_SAMPLES: &str = "few-samples";
     pub const LATENCY: &str = "latency";
+    pub const LEARNING_CURVE: &str = "learning-curve";
     pub const LENGTHS: &str = "lengths";
     pub const MACS: &str = "macs";
     pub const RANGES: &str = "ranges";

@@ -9,6 +9,7 @@ use taxel_report::palette::Paint;
 use taxel_report::pictures::{ArrayPicture, PictureKind, Shown, show};
 use taxel_report::table::Table;
 
+use super::curve_words::curve_words;
 use super::names::{chart as charts, table as tables};
 use super::words::{interval_words, kind, runs, stress_basis};
 use crate::error::Result;
@@ -41,6 +42,7 @@ pub(super) fn page(
         ("errors", "How far off they are", parts.errors()),
         ("certainty", "How sure they may be", parts.certainty()),
         ("early", "Early decisions", parts.early()),
+        ("recordings", "More recordings", parts.recordings()),
         ("evidence", "Evidence", parts.evidence()),
         ("details", "Details", Some(parts.details())),
         ("examples", "Examples", parts.examples()?),
@@ -270,6 +272,17 @@ impl PageParts<'_> {
         })
     }
 
+    /// Says what more training recordings would bring.
+    fn recordings(&self) -> Option<Markup> {
+        let curve = self.judgement.learning_curve.as_ref()?;
+        let drawn = self.charts.iter().find(|drawn| drawn.name == charts::LEARNING_CURVE)?;
+        Some(html! {
+            @for sentence in &curve_words(curve, &self.judgement.primary()) { p { (sentence) } }
+            (small_chart(drawn))
+            p.reading { (drawn.reading) }
+        })
+    }
+
     fn evidence(&self) -> Option<Markup> {
         self.table(tables::EVIDENCE)
     }
@@ -340,7 +353,9 @@ impl PageParts<'_> {
                 ul { @for (name, reason) in &judgement.results.left_out { li { (name) ": " (reason) } } }
             }
             p {
-                "All of this is in " code { "judgement.json" } "; nothing was trained for this page. "
+                "All of this is in " code { "judgement.json" } "; nothing was trained for this page"
+                @if self.judgement.learning_curve.is_some() { ", but for the curve of more recordings" }
+                ". "
                 (kinds) " numbers never share a column."
             }
         }

@@ -9,6 +9,7 @@ use super::early::Early;
 use super::eight_bits::Changed;
 use super::errors::RowErrors;
 use super::example::Example;
+use super::learning_curve::LearningCurve;
 use super::primary::Primary;
 use super::speed::Speed;
 use super::stress::Stress;
@@ -45,6 +46,9 @@ pub struct Judgement {
     /// How far values lie from the true ones, row by row; empty of classes.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub errors: Vec<RowErrors>,
+    /// What more training recordings would bring; none where nobody asked.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub learning_curve: Option<LearningCurve>,
     /// Some test samples with what networks say about them.
     pub examples: Vec<Example>,
 }

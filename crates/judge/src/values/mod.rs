@@ -11,8 +11,10 @@ mod errors;
 mod example;
 mod hardening;
 mod judgement;
+mod learning_curve;
 mod primary;
 mod room;
+mod side_by_side;
 mod speed;
 mod stress;
 mod survey;
@@ -27,8 +29,10 @@ pub use errors::{CoveredShare, QuantityErrors, RowErrors};
 pub use example::{Example, Verdict};
 pub use hardening::{Change, Hardened, UnseenFault};
 pub use judgement::{EpochPoint, Judged, Judgement};
+pub use learning_curve::{CurveGain, CurveLaw, CurvePoint, LearningCurve};
 pub use primary::{Primary, named_scores};
 pub use room::{Need, Room};
+pub use side_by_side::{Place, Right, SideBySide, SideCosts};
 pub use speed::Speed;
 pub use stress::{
     Alarms, FaultCurve, FaultInfo, FoldLoss, NetworkStress, OtherWay, Score, SensorRange, Stress,

@@ -6,6 +6,8 @@ pub mod calibrate;
 #[cfg(feature = "lab")]
 pub mod choose;
 #[cfg(feature = "lab")]
+pub mod compare;
+#[cfg(feature = "lab")]
 pub mod completions;
 #[cfg(feature = "lab")]
 pub mod cost;
@@ -34,6 +36,8 @@ pub mod quantize;
 pub mod record;
 #[cfg(feature = "lab")]
 pub mod report;
+#[cfg(feature = "lab")]
+pub mod results;
 #[cfg(feature = "lab")]
 pub mod run;
 #[cfg(feature = "lab")]

@@ -2,13 +2,17 @@
 
 use std::path::{Component, Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::atomic::AtomicBool;
 
 use clap::{Args, ValueHint};
 use serde_json::json;
 use taxel::judge::{
-    Case, Choice, Criteria, Judgement, OverviewRun, StressOptions, across, choose, named_scores, overview,
+    Case, Choice, Criteria, Judgement, OverviewRun, StressOptions, across, choose, curve_words, named_scores,
+    overview,
 };
 use taxel::reporting::{self, before, open};
+use taxel::shrink::learning_curve;
+use taxel::{Registry, RunFolder};
 
 use crate::CommandResult;
 use crate::commands::arguments::output_format::OutputFormat;
@@ -16,16 +20,18 @@ use crate::commands::arguments::threads::Threads;
 use crate::commands::judging::{now, stress_options};
 use crate::outln;
 use crate::terminal::messages::note;
+use crate::terminal::progress::progress;
 use crate::terminal::signals::leave_with;
 
 /// Makes a page of each run: which network suffices, accuracy against speed, where networks break.
 ///
-/// Nothing is trained. Speeds and faults are measured once and kept in judgement.json; then report.html (one
+/// Nothing is trained, unless --learning-curve asks for it. Speeds and faults are measured once and kept in judgement.json; then report.html (one
 /// page that needs no network), tables/ (Markdown, CSV) and charts/ (SVG, PNG) are written into the run folder.
 /// Several runs also get one page side by side. Leave the machine alone while networks are timed.
 #[derive(Args)]
 #[command(after_help = "Examples:  taxel report runs/quickstart
            taxel report runs/quickstart --again --max-samples 300
+           taxel report runs/glove --learning-curve
            taxel report runs/hardness runs/fsr-glove28 --output reports")]
 pub struct Report {
     /// Run folders.
@@ -43,6 +49,10 @@ pub struct Report {
     /// Tests each network behind a guard as well, as `taxel stress --compare-guard`.
     #[arg(long, alias = "guard")]
     compare_guard: bool,
+    /// Trains the network that is taken on an eighth, a quarter and half of the recordings as well, to say what more of them
+    /// would bring.
+    #[arg(long)]
+    learning_curve: bool,
     /// Measures anew, also where judgement.json is there.
     #[arg(long)]
     again: bool,
@@ -65,6 +75,11 @@ impl Report {
         for run in &self.run {
             let case = open(run)?;
             let judgement = self.judgement(&case, stress.clone())?;
+            let judgement = if self.learning_curve {
+                with_curve(&case, judgement, run, threads)?
+            } else {
+                judgement
+            };
             judged.push((case, judgement));
         }
         let together: Vec<(&Case, &Judgement)> =
@@ -110,7 +125,7 @@ impl Report {
             let object = json!({
                 "name": results.name, "source": results.source, "kind": judgement.kind(), "page": page,
                 (chance): judgement.chance, "chosen": choice.chosen,
-                "networks": made.summary.json,
+                "networks": made.summary.json, "learning_curve": judgement.learning_curve,
             });
             outln!("{object}");
         } else {
@@ -123,6 +138,9 @@ impl Report {
             );
             outln!("{}", made.summary.grid.clone().ruled());
             choice.words.iter().for_each(|line| outln!("{line}"));
+            for line in judgement.learning_curve.iter().flat_map(|curve| curve_words(curve, &judgement.primary())) {
+                outln!("{line}");
+            }
             outln!("report: {}\n", page.display());
         }
         Ok(page)
@@ -142,6 +160,31 @@ impl Report {
         }
         Ok(now(case, stress)?)
     }
+}
+
+/// Returns the judgement with the learning curve of the network that is taken, and writes it into the run folder. A curve of that
+/// network that is there already is kept.
+fn with_curve(
+    case: &Case,
+    judgement: Judgement,
+    run: &Path,
+    threads: usize,
+) -> Result<Judgement, Box<dyn std::error::Error>> {
+    let choice = choose(case, &judgement, &Criteria::default())?;
+    let row = choice.chosen.unwrap_or(choice.best);
+    let network = case.results.in_floats(&row).to_string();
+    if judgement.learning_curve.as_ref().is_some_and(|curve| curve.network == network) {
+        return Ok(judgement);
+    }
+    let registry = Registry::built_in();
+    let (experiment, _) = taxel::experiment::open(&RunFolder::open(run)?, &registry)?;
+    let progress = progress();
+    let never = AtomicBool::new(false);
+    let curve = learning_curve((case, &experiment, &registry), &network, threads, &*progress, &never)?;
+    let judgement = Judgement { learning_curve: Some(curve), ..judgement };
+    let _lock = case.folder.lock()?;
+    judgement.write(&case.folder)?;
+    Ok(judgement)
 }
 
 /// Returns the link from `folder` to `page`: relative, so that both can be moved together.

@@ -21,6 +21,8 @@ mod bootstrap;
 mod check;
 mod pairs;
 mod pooling;
+mod power;
+mod power_law;
 mod ranks;
 
 pub use crate::values::Friedman;
@@ -29,5 +31,7 @@ pub use pairs::{
     PairedTest, SpreadRatio, corrected_t, grouped_pairs, holm, independent, mcnemar, spread_ratio,
 };
 pub use pooling::{Look, PooledEffect, false_discovery, looks, random_effects};
+pub use power::samples_to_decide;
+pub use power_law::power_law;
 pub(crate) use ranks::signed_rank;
 pub use ranks::{friedman, nemenyi, ranks, wilcoxon};

@@ -7,6 +7,7 @@ mod curves;
 mod early;
 mod errors;
 mod faults;
+mod learning;
 mod look;
 mod ranks;
 mod survey;
@@ -32,6 +33,7 @@ pub(super) fn charts<'a>(judgement: &'a Judgement, choice: Option<&'a Choice>) -
     all.extend(errors::scatters(judgement));
     all.extend(curves::training(judgement));
     all.extend(curves::few_samples(judgement));
+    all.extend(learning::curve(judgement));
     all.extend(confusion::charts(judgement));
     all.extend(bars::weight_changes(judgement));
     all

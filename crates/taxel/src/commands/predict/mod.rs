@@ -1,7 +1,7 @@
 //! `taxel predict`: the predictions of a model for new recordings.
 
 mod guard;
-mod true_values;
+pub mod true_values;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;

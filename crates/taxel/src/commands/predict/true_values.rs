@@ -42,6 +42,12 @@ impl TrueValues {
         Ok(TrueValues { values: Values::new(wanted.to_vec(), ordered) })
     }
 
+    /// Returns all of them.
+    #[cfg(feature = "lab")]
+    pub fn into_values(self) -> Values {
+        self.values
+    }
+
     /// Returns the values of sample `i`; none where one is not known.
     pub fn of(&self, i: usize) -> Option<Vec<f32>> {
         Some(self.values.of(&[i])).filter(|row| row.iter().all(|value| value.is_finite()))

@@ -1,0 +1,229 @@
+//! Two models or rows side by side, the scores of many runs in one table, the model card of the Hub, and the learning curve.
+
+#![allow(clippy::unwrap_used)]
+
+use std::fs;
+use std::path::Path;
+
+use assert_cmd::Command;
+use serde_json::Value;
+
+const CONFIG: &str = r#"
+name = "grasps"
+baselines = ["majority", "k-nn", "svm-linear"]
+[data]
+scene = "fingertip"
+samples = 120
+[protocol]
+folds = 3
+[train]
+epochs = 3
+[[networks]]
+name = "mlp"
+set = { hidden = 8 }
+"#;
+
+const VALUES: &str = r#"
+name = "shore"
+networks = []
+baselines = ["mean", "ridge"]
+[data]
+scene = "fingertip"
+samples = 60
+y = "shore"
+[data.set]
+between = [0.0, 60.0]
+[protocol]
+folds = 3
+"#;
+
+/// A folder whose commands run in it.
+struct Folder(tempfile::TempDir);
+
+impl Folder {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("grasps.toml"), CONFIG).unwrap();
+        fs::write(folder.path().join("shore.toml"), VALUES).unwrap();
+        Folder(folder)
+    }
+
+    fn path(&self, name: &str) -> std::path::PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn output(&self, command: &str) -> (Option<i32>, String, String) {
+        let mut taxel = Command::cargo_bin("taxel").unwrap();
+        let output = taxel.current_dir(self.0.path()).args(command.split(' ')).output().unwrap();
+        let [said, error] = [output.stdout, output.stderr].map(|text| String::from_utf8(text).unwrap());
+        (output.status.code(), said, error)
+    }
+
+    fn says(&self, command: &str) -> String {
+        let (code, said, error) = self.output(command);
+        assert_eq!(code, Some(0), "{command}: {error}");
+        said
+    }
+
+    fn json(&self, command: &str) -> Value {
+        serde_json::from_str(&self.says(command)).unwrap()
+    }
+
+    fn refuses(&self, command: &str, with: &str) {
+        let (code, said, error) = self.output(command);
+        assert_eq!(code, Some(2), "{command}: {said}{error}");
+        assert!(error.contains(with), "{command}: {error}");
+    }
+}
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap()
+}
+
+/// Two-sided p of a fair coin.
+fn coin(heads: u64, tails: u64) -> f64 {
+    let n = heads + tails;
+    let mut chance = 0.5f64.powi(n as i32);
+    let mut below = 0.0;
+    for k in 0..=heads.min(tails) {
+        below += chance;
+        chance *= (n - k) as f64 / (k + 1) as f64;
+    }
+    (2.0 * below).min(1.0)
+}
+
+/// Checks that the counts of a comparison of classes add up.
+fn adds_up(found: &Value) {
+    let samples = found["samples"].as_u64().unwrap();
+    let right = &found["right"];
+    let count = |value: &Value| value.as_u64().unwrap();
+    let only = [count(&right["only"][0]), count(&right["only"][1])];
+    assert_eq!(count(&right["both"]) + only[0] + only[1] + count(&right["neither"]), samples, "{found}");
+    let places = found["places"].as_array().unwrap();
+    assert_eq!(places.iter().map(|place| count(&place["samples"])).sum::<u64>(), samples);
+    for side in [0, 1] {
+        assert_eq!(places.iter().map(|place| count(&place["only"][side])).sum::<u64>(), only[side]);
+        let share = 100.0 * (count(&right["both"]) + only[side]) as f64 / samples as f64;
+        assert!((number(&found["scores"][side]) - share).abs() < 1e-6, "{found}");
+    }
+    let difference = number(&found["scores"][0]) - number(&found["scores"][1]);
+    assert!((number(&found["difference"]) - difference).abs() < 1e-6, "{found}");
+}
+
+#[test]
+fn rows_and_models_are_compared_on_the_same_samples() {
+    let folder = Folder::new();
+    folder.says("run grasps.toml --output run");
+    let rows = folder.json("compare run run --network svm-linear --network majority --format json");
+    adds_up(&rows);
+    assert_eq!((rows["samples"].as_u64(), rows["parts"].as_u64()), (Some(120), Some(3)));
+    assert!(rows["test"] == "nadeau-bengio" || rows["test"] == "NadeauBengio", "{rows}");
+
+    for name in ["k-nn", "majority"] {
+        folder.says(&format!("fit run --network {name} --output {name}.safetensors"));
+    }
+    folder.says("simulate fingertip --samples 45 --seed 9 --output new.npz");
+    let models = folder.json("compare k-nn.safetensors majority.safetensors new.npz --format json");
+    adds_up(&models);
+    let only = |side: usize| models["right"]["only"][side].as_u64().unwrap();
+    if models["groups"].is_null() {
+        assert!((number(&models["p"]) - coin(only(0), only(1))).abs() < 1e-9, "{models}");
+    }
+    assert!(only(0) > only(1) && number(&models["difference"]) > 0.0, "{models}");
+    // The other way round all signs turn.
+    let turned = folder.json("compare majority.safetensors k-nn.safetensors new.npz --format json");
+    assert!((number(&turned["difference"]) + number(&models["difference"])).abs() < 1e-9);
+    assert_eq!(turned["p"], models["p"]);
+    let text = folder.says("compare k-nn.safetensors majority.safetensors new.npz");
+    assert!(text.contains("A is better by") && text.contains("only A right"), "{text}");
+    // A model is no better than itself.
+    let same = folder.says("compare k-nn.safetensors k-nn.safetensors new.npz");
+    assert!(same.contains("Both score alike"), "{same}");
+
+    folder.refuses("compare run run --network svm", "did you mean");
+    folder.refuses("compare run k-nn.safetensors", "compare two models, or two runs");
+    folder.refuses("compare k-nn.safetensors majority.safetensors", "on labelled recordings");
+    folder.refuses("compare run run new.npz", "leave the data out");
+
+    let table = folder.says("results .");
+    let lines: Vec<&str> = table.lines().collect();
+    let width = lines[0].split(',').count();
+    assert!(lines[0].starts_with("run,name,source") && lines.len() > 4 * 4, "{table}");
+    // No field of this run needs quotes but protocols with commas.
+    assert!(lines.iter().filter(|line| !line.contains('"')).all(|line| line.split(',').count() == width), "{table}");
+    for row in ["mlp", "majority", "k-nn", "svm-linear"] {
+        assert!(table.contains(&format!(",{row},")), "{row}: {table}");
+    }
+    folder.refuses("results grasps.toml", "grasps.toml");
+    fs::create_dir(folder.path("empty")).unwrap();
+    folder.refuses("results empty", "holds no run folder");
+}
+
+#[test]
+fn values_are_compared_by_their_errors() {
+    let folder = Folder::new();
+    folder.says("run shore.toml --output run");
+    for name in ["mean", "ridge"] {
+        folder.says(&format!("fit run --network {name} --output {name}.safetensors"));
+    }
+    folder.says("simulate fingertip --samples 45 --seed 9 --set between=[0,60] --output new.npz");
+    let found = folder.json("compare ridge.safetensors mean.safetensors new.npz --y shore --format json");
+    let places = found["places"].as_array().unwrap();
+    assert_eq!(places.len(), 3, "{found}");
+    let weighted = |side: usize| {
+        let sum: f64 = places.iter().map(|place| number(&place["samples"]) * number(&place["scores"][side])).sum();
+        sum / number(&found["samples"])
+    };
+    for side in [0, 1] {
+        assert!((weighted(side) - number(&found["scores"][side])).abs() < 1e-3, "{found}");
+    }
+    assert!(number(&found["difference"]) < 0.0, "ridge is nearer than the mean: {found}");
+    let text = folder.says("compare ridge.safetensors mean.safetensors new.npz --y shore");
+    assert!(text.contains("A is better by") && text.contains("A closer") && !text.contains("points"), "{text}");
+    folder.says("run grasps.toml --output other");
+    folder.says("fit other --network k-nn --output classes.safetensors");
+    folder.refuses("compare ridge.safetensors classes.safetensors new.npz --y shore", "compare models of one task");
+}
+
+#[test]
+fn a_model_has_a_page_for_the_hub() {
+    let folder = Folder::new();
+    folder.says("run grasps.toml --output run");
+    fs::create_dir(folder.path("hub")).unwrap();
+    folder.says("fit run --network k-nn --output hub/grasps.safetensors --model-card");
+    let page = fs::read_to_string(folder.path("hub/README.md")).unwrap();
+    let (head, body) = page.strip_prefix("---\n").unwrap().split_once("\n---\n").unwrap();
+    assert!(head.starts_with("library_name: taxel\n") && head.contains("type: accuracy"), "{head}");
+    assert!(head.lines().all(|line| !line.contains('\t') && (line.contains(':') || line.starts_with("- "))), "{head}");
+    assert!(body.contains("taxel predict grasps.safetensors") && body.contains("simulated recordings only"), "{body}");
+    assert_eq!(folder.says("inspect hub/grasps.safetensors --model-card"), page);
+    // It writes over its own page, and over nobody else's.
+    folder.says("fit run --network k-nn --output hub/grasps.safetensors --model-card");
+    fs::write(folder.path("hub/README.md"), "# mine\n").unwrap();
+    folder.refuses("fit run --network k-nn --output hub/grasps.safetensors --model-card", "is no model card of taxel");
+    assert_eq!(fs::read_to_string(folder.path("hub/README.md")).unwrap(), "# mine\n");
+}
+
+fn is_file(path: &Path) -> bool {
+    path.is_file()
+}
+
+#[test]
+fn a_report_says_what_more_recordings_bring() {
+    let folder = Folder::new();
+    folder.says("run grasps.toml --output run");
+    let report = folder.json("report run --no-stress --learning-curve --format json");
+    let curve = &report["learning_curve"];
+    let points = curve["points"].as_array().unwrap();
+    assert_eq!(points.len(), 4, "{report}");
+    let counts: Vec<f64> = points.iter().map(|point| number(&point["count"])).collect();
+    assert!(counts.windows(2).all(|pair| pair[0] < pair[1]) && points.iter().all(|point| point["scores"].as_array().unwrap().len() == 3));
+    let page = fs::read_to_string(folder.path("run/report.html")).unwrap();
+    assert!(page.contains("More recordings") && is_file(&folder.path("run/charts/learning-curve.svg")));
+    // What was trained is kept, with the same bytes.
+    let again = folder.json("report run --no-stress --learning-curve --again --format json");
+    assert_eq!(again["learning_curve"], *curve);
+    // Without the flag the curve that is there stays on the page.
+    let plain = folder.json("report run --no-stress --format json");
+    assert_eq!(plain["learning_curve"], *curve);
+}
