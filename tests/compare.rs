@@ -227,3 +227,55 @@ fn a_report_says_what_more_recordings_bring() {
     let plain = folder.json("report run --no-stress --format json");
     assert_eq!(plain["learning_curve"], *curve);
 }
+
+/// Forty recordings of three channels, of which `b` tells the class in its second half and nothing else does.
+fn table() -> String {
+    let mut text = String::from("recording,label,a,b,c\n");
+    let mut state = 1u32;
+    let mut noise = move || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        f64::from(state >> 16) / 65536.0
+    };
+    for recording in 0..40 {
+        let class = recording % 2;
+        for step in 0..20 {
+            let told = if class == 1 && step >= 10 { 6.0 } else { 0.0 };
+            let b = told + noise();
+            text += &format!("r{recording},{},{:.3},{b:.3},{:.3}\n", ["soft", "hard"][class], noise(), noise());
+        }
+    }
+    text
+}
+
+#[test]
+fn what_mattered_is_found_where_it_is() {
+    let folder = Folder::new();
+    fs::write(folder.path("presses.csv"), table()).unwrap();
+    let config = "name = \"presses\"\nnetworks = []\nbaselines = [\"mini-rocket\", \"svm-linear\", \"majority\"]\n\
+                  [data]\npath = \"presses.csv\"\ny = \"label\"\n[protocol]\nfolds = 2\n";
+    fs::write(folder.path("presses.toml"), config).unwrap();
+    folder.says("run presses.toml --output run");
+    folder.says("report run --no-stress");
+    let text = fs::read_to_string(folder.path("run/judgement.json")).unwrap();
+    let judgement: Value = serde_json::from_str(&text).unwrap();
+    let found = &judgement["importance"];
+    assert_eq!(found["rows"], serde_json::json!(["a", "b", "c"]), "{found}");
+    let by_row: Vec<f64> = found["by_row"].as_array().unwrap().iter().map(number).collect();
+    assert!(by_row[1] > 10.0 && by_row[1] > 4.0 * by_row[0].max(by_row[2]), "{by_row:?}");
+    let by_column: Vec<f64> = found["by_column"].as_array().unwrap().iter().map(number).collect();
+    let halves = [&by_column[..5], &by_column[5..]].map(|half| half.iter().sum::<f64>());
+    assert!(halves[1] > 2.0 * halves[0].max(0.0), "{by_column:?}");
+    assert_eq!(found["classes"].as_array().unwrap().len(), 2);
+    let page = fs::read_to_string(folder.path("run/report.html")).unwrap();
+    assert!(page.contains("What mattered") && is_file(&folder.path("run/charts/importance.svg")));
+
+    folder.says("fit run --network svm-linear --output model.safetensors");
+    fs::write(folder.path("one.csv"), table().lines().filter(|line| line.starts_with("r1,") || line.starts_with("rec")).collect::<Vec<_>>().join("\n")).unwrap();
+    let explained = folder.json("predict model.safetensors one.csv --explain --format json");
+    let parts = explained["answers"][0]["rests_on"].as_array().unwrap();
+    assert_eq!(parts[0]["without"], "b", "{explained}");
+    assert!(number(&parts[0]["change"][0]) < 0.0, "{explained}");
+    let text = folder.says("predict model.safetensors one.csv --explain");
+    assert!(text.contains("without b: -"), "{text}");
+    folder.refuses("predict model.safetensors one.csv --explain --format csv", "--explain");
+}

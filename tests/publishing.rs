@@ -39,7 +39,10 @@ fn every_crate_says_where_it_is_at_home() {
         assert!(package.license.is_some() && package.description.is_some(), "{name}");
     }
     let python = std::fs::read_to_string(root().join("python/pyproject.toml")).unwrap();
-    assert!(python.contains(&format!("Repository = \"{repository}\"")), "python/pyproject.toml has another address");
+    assert!(
+        python.contains(&format!("Repository = \"{repository}\"")),
+        "python/pyproject.toml has another address"
+    );
 }
 
 #[test]
@@ -61,7 +64,12 @@ fn pages_of_crates_work_on_their_registry() {
         let text = std::fs::read_to_string(&path).unwrap_or_default();
         let title = if package.name.as_str() == "taxel-python" { "taxel" } else { package.name.as_str() };
         assert!(text.to_lowercase().starts_with(&format!("# {title}")), "{}", path.display());
-        assert_eq!(package.readme.as_ref().map(|readme| readme.as_str()), Some("README.md"), "{}", path.display());
+        assert_eq!(
+            package.readme.as_ref().map(|readme| readme.as_str()),
+            Some("README.md"),
+            "{}",
+            path.display()
+        );
         for link in links(&text) {
             let leads = link.starts_with("https://") || link.starts_with('#');
             assert!(leads, "{}: {link} leads nowhere on a registry", path.display());
@@ -75,14 +83,21 @@ fn the_oldest_rust_is_tried() {
     let line = manifest.lines().find(|line| line.starts_with("rust-version")).unwrap();
     let oldest = line.split('"').nth(1).unwrap();
     let workflow = std::fs::read_to_string(root().join(".github/workflows/check.yml")).unwrap();
-    assert!(workflow.contains(&format!("rustup toolchain install {oldest} ")), "check.yml does not try {oldest}");
+    assert!(
+        workflow.contains(&format!("rustup toolchain install {oldest} ")),
+        "check.yml does not try {oldest}"
+    );
 }
 
 #[test]
 fn the_version_has_a_dated_section_in_the_changelog() {
     let version = packages()[0].version.to_string();
     let changelog = std::fs::read_to_string(root().join("CHANGELOG.md")).unwrap();
-    let head = changelog.lines().find(|line| line.starts_with(&format!("## [{version}] - "))).unwrap_or_default();
+    let head =
+        changelog.lines().find(|line| line.starts_with(&format!("## [{version}] - "))).unwrap_or_default();
     let date = head.rsplit(' ').next().unwrap_or_default();
-    assert!(date.len() == 10 && date.split('-').count() == 3, "CHANGELOG.md has no `## [{version}] - YYYY-MM-DD`");
+    assert!(
+        date.len() == 10 && date.split('-').count() == 3,
+        "CHANGELOG.md has no `## [{version}] - YYYY-MM-DD`"
+    );
 }

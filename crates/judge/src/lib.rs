@@ -47,20 +47,18 @@ mod values;
 pub use case::Case;
 pub use decide::{
     Comparison, Effect, Predicted, Side, Statistic, across, choose, contrasts, hardening, knee, mean_score,
-    rank, side_by_side, statistics,
+    rank, rounded, side_by_side, statistics,
 };
 pub use error::{Error, Result};
 pub use measure::{
     EarlyOptions, HeldOutRow, JudgeOptions, StressOptions, held_out, judge, speed, stress, survey,
 };
-pub use report::{
-    NetworkSummary, OverviewRun, Ranked, Report, curve_words, overview, report, survey_page,
-};
+pub use report::{NetworkSummary, OverviewRun, Ranked, Report, curve_words, overview, report, survey_page};
 pub use taxel_report::pictures::{ArrayPicture, PictureKind};
 pub use values::{
-    Across, Alarms, COMMON_FAULTS, Change, Choice, ClassPictures, Contest, Contrast, CostKind, Criteria,
-    CurveGain, CurveLaw, CurvePoint,
-    Early, EarlyDecisions, EarlyNetwork, EarlyPoint, EpochPoint, Evidence, Example, FaultCurve, FaultInfo,
-    FoldLoss, Hardened, Judged, Judgement, LearningCurve, MAJORITY, Need, NetworkStress, OtherWay, Place, Primary, Right, Room, Score,
-    SensorRange, SideBySide, SideCosts, Speed, Stress, Survey, Test, UnseenFault, Verdict, named_scores,
+    Across, Alarms, COMMON_FAULTS, Change, Choice, ClassImportance, ClassPictures, Contest, Contrast,
+    CostKind, Criteria, CurveGain, CurveLaw, CurvePoint, Early, EarlyDecisions, EarlyNetwork, EarlyPoint,
+    EpochPoint, Evidence, Example, FaultCurve, FaultInfo, FoldLoss, Hardened, Importance, Judged, Judgement,
+    LearningCurve, MAJORITY, Need, NetworkStress, OtherWay, Place, Primary, Right, Room, Score, SensorRange,
+    SideBySide, SideCosts, Speed, Stress, Survey, Test, UnseenFault, Verdict, named_scores,
 };

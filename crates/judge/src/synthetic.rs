@@ -224,6 +224,7 @@ fn judgement(setting: &Setting, networks: Vec<Judged>) -> Judgement {
         early: None,
         certainty: vec![],
         errors: vec![],
+        importance: None,
         learning_curve: None,
         examples: vec![],
     }

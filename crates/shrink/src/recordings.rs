@@ -58,8 +58,14 @@ pub fn learning_curve(
             counts.push(counted(dataset, &train));
             let fold = Fold { train, ..fold.clone() };
             let place = (record.key.repetition, APART + record.key.fold);
-            let request =
-                Request { name: network, label: &label, changes: &changes, place, fold: &fold, teacher: None };
+            let request = Request {
+                name: network,
+                label: &label,
+                changes: &changes,
+                place,
+                fold: &fold,
+                teacher: None,
+            };
             let tested = cache.predictions(request);
             let tested = tested.inspect_err(|_| progress.finish())?;
             scores.push(score(&tested, case.task())?);
@@ -72,7 +78,8 @@ pub fn learning_curve(
     points.push(point(&counts, whole));
     let primary = case.primary();
     let error = |score: f64| if primary.is_percent() { 100.0 - score } else { score };
-    let ratio = |(record, fold): &(FoldRecord, Fold)| record.index.len() as f64 / fold.train.len().max(1) as f64;
+    let ratio =
+        |(record, fold): &(FoldRecord, Fold)| record.index.len() as f64 / fold.train.len().max(1) as f64;
     let ratio = parts.iter().map(ratio).sum::<f64>() / parts.len() as f64;
     let last = points[points.len() - 1].count;
     let law = power_law(&points, error, ratio, &[round(last / 4.0), round(last)])?;
@@ -88,16 +95,25 @@ fn parts(case: &Case, network: &str) -> Result<Vec<(FoldRecord, Fold)>> {
             let all = protocol.folds(&case.dataset, seed, record.key.repetition)?;
             let same = |fold: &&Fold| fold.test == record.index;
             let fold = all.get(record.key.fold).filter(same).cloned().ok_or_else(|| {
-                Error::file(case.folder.path(), format!("fold {} is of another split; run it again", record.key))
+                Error::file(
+                    case.folder.path(),
+                    format!("fold {} is of another split; run it again", record.key),
+                )
             })?;
             parts.push((record.clone(), fold));
         }
         let most = parts.iter().map(|(_, fold)| largest_class(&case.dataset, &fold.train)).min().unwrap_or(0);
         if parts.is_empty() {
-            return Err(Error::value("network", format!("{network:?}"), "has no finished fold; resume the run"));
+            return Err(Error::value(
+                "network",
+                format!("{network:?}"),
+                "has no finished fold; resume the run",
+            ));
         }
         if most < LEAST {
-            let reason = format!("has {most} recordings of its largest class in a training part, and {LEAST} are needed");
+            let reason = format!(
+                "has {most} recordings of its largest class in a training part, and {LEAST} are needed"
+            );
             return Err(Error::file(case.folder.path(), format!("a learning curve: {reason}")));
         }
         return Ok(parts);
@@ -159,14 +175,19 @@ fn point(counts: &[f64], scores: Vec<f64>) -> CurvePoint {
 /// Returns the primary metric of a fold.
 fn score(record: &FoldRecord, task: &Task) -> Result<f64> {
     let scores = record.scores(task)?;
-    let unfinished = || Error::value("network", format!("{:?}", record.key.network), "has a fold without a score");
+    let unfinished =
+        || Error::value("network", format!("{:?}", record.key.network), "has a fold without a score");
     scores.primary().filter(|score| score.is_finite()).ok_or_else(unfinished)
 }
 
 /// Rounds a number of recordings to one that people say: 1, 2, 5, 10, 20, 50 ...
 fn round(count: f64) -> f64 {
     let ten = 10f64.powf(count.max(1.0).log10().floor());
-    [1.0, 2.0, 5.0, 10.0].map(|step| step * ten).into_iter().min_by(|a, b| (a - count).abs().total_cmp(&(b - count).abs())).unwrap_or(ten)
+    [1.0, 2.0, 5.0, 10.0]
+        .map(|step| step * ten)
+        .into_iter()
+        .min_by(|a, b| (a - count).abs().total_cmp(&(b - count).abs()))
+        .unwrap_or(ten)
 }
 
 #[cfg(test)]

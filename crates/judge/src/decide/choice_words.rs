@@ -3,6 +3,7 @@
 use taxel_learn::metrics::FEW_GROUPS;
 use taxel_report::numbers;
 
+use super::deciding::deciding;
 use super::p_value::shown;
 use crate::values::{Choice, Evidence, Hardened, Judged, Judgement, MAJORITY, Primary, Stress, Test};
 
@@ -280,10 +281,10 @@ fn doubts(choice: &Choice, judgement: &Judgement, chosen: Option<&Evidence>) -> 
             None => format!("How much less accurate {} may be, these data do not say.", chosen.network),
         });
     }
-    let hidden: Vec<String> = choice
-        .evidence
+    let is_open = |evidence: &&Evidence| evidence.network != choice.best && unseen(primary, evidence, margin);
+    let open: Vec<&Evidence> = choice.evidence.iter().filter(is_open).collect();
+    let hidden: Vec<String> = open
         .iter()
-        .filter(|evidence| evidence.network != choice.best && unseen(primary, evidence, margin))
         .map(|evidence| match evidence.interval {
             Some(bounds) => {
                 format!("{} (up to {})", evidence.network, primary.show()(primary.losses(bounds)[1]))
@@ -298,6 +299,7 @@ fn doubts(choice: &Choice, judgement: &Judgement, chosen: Option<&Evidence>) -> 
             primary.margin(margin),
             listed(&hidden)
         ));
+        words.extend(deciding(choice, judgement, &open));
     }
     let majority = choice.evidence.iter().find(|evidence| evidence.network == MAJORITY && !evidence.worse);
     if majority.is_some_and(|evidence| evidence.network != choice.best) {

@@ -29,7 +29,13 @@ pub struct Side {
 
 impl Side {
     /// Takes the predictions `outcome` of a model for all samples of a data set, `trained` samples behind them.
-    pub fn of_model(name: &str, dataset: &Dataset, outcome: Outcome, trained: usize, costs: SideCosts) -> Self {
+    pub fn of_model(
+        name: &str,
+        dataset: &Dataset,
+        outcome: Outcome,
+        trained: usize,
+        costs: SideCosts,
+    ) -> Self {
         let key = FoldKey { network: name.into(), repetition: 0, fold: 0 };
         let index: Vec<usize> = (0..dataset.len()).collect();
         Side { name: name.into(), records: vec![record(key, index, outcome, trained)], costs }
@@ -116,7 +122,9 @@ pub fn side_by_side(
 /// repetition.
 fn aligned(a: Vec<FoldRecord>, b: Vec<FoldRecord>, task: &Task) -> Option<[Vec<FoldRecord>; 2]> {
     let place = |record: &FoldRecord| (record.key.repetition, record.key.fold);
-    let twin = |record: &FoldRecord| b.iter().find(|other| place(other) == place(record) && other.index == record.index);
+    let twin = |record: &FoldRecord| {
+        b.iter().find(|other| place(other) == place(record) && other.index == record.index)
+    };
     let shared: Vec<(FoldRecord, FoldRecord)> =
         a.iter().filter_map(|record| Some((record.clone(), twin(record)?.clone()))).collect();
     let whole = shared.len() == a.len().min(b.len());

@@ -12,6 +12,7 @@ use super::early::{EarlyOptions, early};
 use super::eight_bits::changed;
 use super::errors::errors;
 use super::examples::examples;
+use super::importance::importance;
 use super::speed::speed;
 use super::stress::{StressOptions, stress};
 use crate::case::Case;
@@ -79,6 +80,9 @@ pub fn judge(case: &Case, options: &JudgeOptions) -> Result<Judgement> {
         }
         None => None,
     };
+    (options.say)("masking parts of test samples");
+    let threads = options.stress.as_ref().map_or_else(|| taxel_learn::threads(None), |stress| stress.threads);
+    let importance = importance(case, threads)?;
     let results = Results { networks: vec![], ..case.results.clone() };
     Ok(Judgement {
         protocol: results.protocol.words(&results.task),
@@ -93,6 +97,7 @@ pub fn judge(case: &Case, options: &JudgeOptions) -> Result<Judgement> {
         early,
         certainty: certainty(case)?,
         errors: errors(case)?,
+        importance,
         learning_curve: None,
         results,
     })

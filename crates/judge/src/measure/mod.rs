@@ -9,6 +9,7 @@ mod errors;
 mod examples;
 mod guarding;
 mod held_out;
+mod importance;
 mod judge;
 mod parts;
 mod pictures;

@@ -16,7 +16,9 @@ pub fn curve_words(curve: &LearningCurve, primary: &Primary) -> Vec<String> {
         count(last.count)
     )];
     let Some(law) = &curve.law else {
-        words.push("Its scores follow no law of fewer and fewer recordings, so nothing is said of more.".into());
+        words.push(
+            "Its scores follow no law of fewer and fewer recordings, so nothing is said of more.".into(),
+        );
         return words;
     };
     let show = primary.show();

@@ -24,6 +24,7 @@ pub(super) mod table {
     pub const FOLDS: &str = "folds";
     pub const GUARD: &str = "guard";
     pub const HARDENING: &str = "hardening";
+    pub const IMPORTANCE: &str = "importance";
     pub const NETWORKS: &str = "networks";
     pub const OVERVIEW_REAL: &str = "overview-real";
     pub const OVERVIEW_SIMULATED: &str = "overview-simulated";
@@ -49,6 +50,7 @@ pub(super) mod chart {
     pub const FAULT_CURVES: &str = "fault-curves";
     pub const FAULT_LOSSES: &str = "fault-losses";
     pub const FEW_SAMPLES: &str = "few-samples";
+    pub const IMPORTANCE: &str = "importance";
     pub const LATENCY: &str = "latency";
     pub const LEARNING_CURVE: &str = "learning-curve";
     pub const LENGTHS: &str = "lengths";

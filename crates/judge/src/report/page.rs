@@ -42,6 +42,7 @@ pub(super) fn page(
         ("errors", "How far off they are", parts.errors()),
         ("certainty", "How sure they may be", parts.certainty()),
         ("early", "Early decisions", parts.early()),
+        ("mattered", "What mattered", parts.mattered()),
         ("recordings", "More recordings", parts.recordings()),
         ("evidence", "Evidence", parts.evidence()),
         ("details", "Details", Some(parts.details())),
@@ -269,6 +270,19 @@ impl PageParts<'_> {
             (chart)
             (self.table(tables::EARLY).unwrap_or_default())
             (self.folded(tables::EARLY_DECISIONS))
+        })
+    }
+
+    /// Shows what decisions rest on.
+    fn mattered(&self) -> Option<Markup> {
+        let chart = self.chart(charts::IMPORTANCE, tables::IMPORTANCE)?;
+        Some(html! {
+            (chart)
+            p.reading {
+                "A part that other parts can stand in for costs little alone, so little lost does not say that it is useless: "
+                code { "taxel shrink" } " trains without it."
+            }
+            (self.folded(tables::IMPORTANCE))
         })
     }
 

@@ -9,6 +9,7 @@ use super::early::Early;
 use super::eight_bits::Changed;
 use super::errors::RowErrors;
 use super::example::Example;
+use super::importance::Importance;
 use super::learning_curve::LearningCurve;
 use super::primary::Primary;
 use super::speed::Speed;
@@ -46,6 +47,9 @@ pub struct Judgement {
     /// How far values lie from the true ones, row by row; empty of classes.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub errors: Vec<RowErrors>,
+    /// What the decisions of the best row rest on; none in judgements of older versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub importance: Option<Importance>,
     /// What more training recordings would bring; none where nobody asked.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub learning_curve: Option<LearningCurve>,

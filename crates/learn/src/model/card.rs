@@ -218,7 +218,11 @@ impl Card {
             labels.ok_or("predicts values, or the recordings hold some: only classes have probabilities")?;
         let given = labels.attributes();
         if given.len() != known.len() {
-            return Err(format!("predicts {} attributes, and the recordings have {}", known.len(), given.len()));
+            return Err(format!(
+                "predicts {} attributes, and the recordings have {}",
+                known.len(),
+                given.len()
+            ));
         }
         let mut numbers: Vec<Vec<u32>> = vec![];
         for (known, given) in known.iter().zip(given) {

@@ -5,6 +5,7 @@ mod card;
 mod digest;
 mod file;
 mod hub_page;
+mod mask;
 mod multiplied;
 mod predictions;
 mod predictor;
@@ -18,6 +19,7 @@ pub use card::{Card, FORMAT, ModelInput, ModelKind, Quantized, Score, TrainedOn,
 pub(crate) use digest::digest;
 pub use file::Model;
 pub use hub_page::HUB_LIBRARY;
+pub use mask::{MaskGrid, Masked, at_rest};
 pub use predictions::Predictions;
 pub use predictor::Predictor;
 pub use ranges::{OutsideRange, Ranges};

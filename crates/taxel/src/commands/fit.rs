@@ -5,11 +5,11 @@ use std::process::ExitCode;
 use std::sync::atomic::AtomicBool;
 
 use clap::Args;
+use taxel::base::files::write_whole;
 use taxel::experiment::{Runner, settings};
 use taxel::judge::{Case, Judgement, held_out};
 use taxel::learn::certainty::{Certainty, HeldOut, HeldOutParts, HeldOutValues, Intervals};
 use taxel::learn::metrics::Levels;
-use taxel::base::files::write_whole;
 use taxel::learn::{FoldRecord, HUB_LIBRARY, Results, Score, Tuning};
 use taxel::{Dataset, Experiment, Model, Overrides, ReadOptions, Registry, RunFolder, RunOptions};
 

@@ -75,11 +75,8 @@ impl Report {
         for run in &self.run {
             let case = open(run)?;
             let judgement = self.judgement(&case, stress.clone())?;
-            let judgement = if self.learning_curve {
-                with_curve(&case, judgement, run, threads)?
-            } else {
-                judgement
-            };
+            let judgement =
+                if self.learning_curve { with_curve(&case, judgement, run, threads)? } else { judgement };
             judged.push((case, judgement));
         }
         let together: Vec<(&Case, &Judgement)> =
@@ -138,7 +135,9 @@ impl Report {
             );
             outln!("{}", made.summary.grid.clone().ruled());
             choice.words.iter().for_each(|line| outln!("{line}"));
-            for line in judgement.learning_curve.iter().flat_map(|curve| curve_words(curve, &judgement.primary())) {
+            for line in
+                judgement.learning_curve.iter().flat_map(|curve| curve_words(curve, &judgement.primary()))
+            {
                 outln!("{line}");
             }
             outln!("report: {}\n", page.display());

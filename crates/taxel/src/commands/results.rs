@@ -16,9 +16,32 @@ const DEPTH: usize = 4;
 
 /// The columns, in their order.
 const COLUMNS: [&str; 26] = [
-    "run", "name", "source", "data_digest", "samples", "protocol", "seed", "complete", "row", "network", "paper",
-    "trained_under_faults", "eight_bits", "per_class", "parameters", "macs", "folds", "diverged", "metric", "unit", "mean",
-    "sd", "low", "high", "taxel", "commit",
+    "run",
+    "name",
+    "source",
+    "data_digest",
+    "samples",
+    "protocol",
+    "seed",
+    "complete",
+    "row",
+    "network",
+    "paper",
+    "trained_under_faults",
+    "eight_bits",
+    "per_class",
+    "parameters",
+    "macs",
+    "folds",
+    "diverged",
+    "metric",
+    "unit",
+    "mean",
+    "sd",
+    "low",
+    "high",
+    "taxel",
+    "commit",
 ];
 
 /// Prints the scores of all rows of all runs as one CSV: a line for each metric of each row.

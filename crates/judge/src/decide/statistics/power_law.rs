@@ -81,8 +81,10 @@ pub fn power_law(
     }
     let without = |left_out: Option<usize>| -> Option<Law> {
         let mean = |point: &CurvePoint| {
-            let kept = point.scores.iter().take(folds).enumerate().filter(|(fold, _)| Some(*fold) != left_out);
-            let (sum, count) = kept.fold((0.0, 0), |(sum, count), (_, score)| (sum + error(*score), count + 1));
+            let kept =
+                point.scores.iter().take(folds).enumerate().filter(|(fold, _)| Some(*fold) != left_out);
+            let (sum, count) =
+                kept.fold((0.0, 0), |(sum, count), (_, score)| (sum + error(*score), count + 1));
             (point.count, sum / count as f64)
         };
         fit(&points.iter().map(mean).collect::<Vec<_>>())

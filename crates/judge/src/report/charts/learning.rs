@@ -33,7 +33,10 @@ fn draw(judgement: &Judgement, curve: &LearningCurve, paint: Paint) -> Canvas {
     let mut canvas = Canvas::new(WIDTH, HEIGHT, paint);
     let counts: Vec<f64> = curve.points.iter().map(|point| point.count).collect();
     let (first, last) = (counts[0], counts[counts.len() - 1]);
-    let most = curve.law.as_ref().map_or(last, |law| last + law.gains.iter().map(|gain| gain.more).fold(0.0, f64::max));
+    let most = curve
+        .law
+        .as_ref()
+        .map_or(last, |law| last + law.gains.iter().map(|gain| gain.more).fold(0.0, f64::max));
     let score_at = |law: &CurveLaw, count: f64| {
         let error = law.floor + law.scale * count.powf(-law.rate);
         if primary.is_percent() { 100.0 - error } else { error }
@@ -66,7 +69,9 @@ fn draw(judgement: &Judgement, curve: &LearningCurve, paint: Paint) -> Canvas {
             canvas.circle(frame.at(point.count, *score), 1.5, Ink::Muted, Ink::Muted);
         }
         let about = format!("{} recordings{of_each}: {}", digits(point.count), primary.value(point.score));
-        canvas.hover(&about, |canvas| canvas.circle(frame.at(point.count, point.score), 4.0, look.ink, Ink::Paper));
+        canvas.hover(&about, |canvas| {
+            canvas.circle(frame.at(point.count, point.score), 4.0, look.ink, Ink::Paper)
+        });
     }
     canvas
 }

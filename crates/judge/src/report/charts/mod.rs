@@ -7,6 +7,7 @@ mod curves;
 mod early;
 mod errors;
 mod faults;
+mod importance;
 mod learning;
 mod look;
 mod ranks;
@@ -31,6 +32,7 @@ pub(super) fn charts<'a>(judgement: &'a Judgement, choice: Option<&'a Choice>) -
     all.extend(certainty::reliability(judgement));
     all.extend(certainty::surest(judgement));
     all.extend(errors::scatters(judgement));
+    all.extend(importance::parts(judgement));
     all.extend(curves::training(judgement));
     all.extend(curves::few_samples(judgement));
     all.extend(learning::curve(judgement));

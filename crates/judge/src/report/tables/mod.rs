@@ -9,6 +9,7 @@ mod evidence;
 mod faults;
 mod guard;
 mod hardening;
+mod importance;
 mod scores;
 
 pub(super) use scores::networks;
@@ -56,6 +57,7 @@ pub(super) fn tables(judgement: &Judgement, choice: Option<&Choice>) -> Result<V
     if let Some(early) = &judgement.early {
         all.extend([early::shares(&primary, early), early::decisions(early)]);
     }
+    all.extend(judgement.importance.as_ref().map(|found| importance::parts(&primary, found)));
     all.push(certainty::certainty(&judgement.certainty));
     all.push(errors::errors(&judgement.errors));
     all.retain(|table| !table.rows.is_empty());

@@ -53,13 +53,19 @@ impl Compare {
             [true, true] => {
                 if let Some(data) = &self.data {
                     let data = data.display();
-                    return Err(format!("{data}: runs are compared on their own test samples; leave the data out").into());
+                    return Err(format!(
+                        "{data}: runs are compared on their own test samples; leave the data out"
+                    )
+                    .into());
                 }
                 runs::compared(paths, &self.network)?
             }
             [false, false] => {
                 if let Some(name) = self.network.first() {
-                    return Err(format!("--network {name}: names rows of runs, and these are models; leave it out").into());
+                    return Err(format!(
+                        "--network {name}: names rows of runs, and these are models; leave it out"
+                    )
+                    .into());
                 }
                 let missing = "models are compared on labelled recordings; name them behind the models";
                 models::compared(paths, self.data.as_deref().ok_or(missing)?, &self.read_options)?

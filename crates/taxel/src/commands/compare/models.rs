@@ -23,8 +23,13 @@ pub fn compared(
 ) -> Result<SideBySide, Box<dyn Error>> {
     let models = [Model::open(paths[0])?, Model::open(paths[1])?];
     let [first, second] = models.each_ref().map(|model| model.card());
-    let order = orders(&first.task, &second.task)
-        .ok_or_else(|| format!("{}: predicts other things than {}; compare models of one task", paths[1].display(), paths[0].display()))?;
+    let order = orders(&first.task, &second.task).ok_or_else(|| {
+        format!(
+            "{}: predicts other things than {}; compare models of one task",
+            paths[1].display(),
+            paths[0].display()
+        )
+    })?;
     let mut sides = vec![];
     let mut shared: Option<Dataset> = None;
     for (at, (model, path)) in models.iter().zip(paths).enumerate() {
@@ -95,7 +100,8 @@ fn outcome(
     if !card.task.quantities().is_empty() {
         return Err("predicts values, and the recordings have classes".into());
     }
-    let outputs: Vec<f32> = rows.iter().flat_map(|row| order.iter().map(|at| predictions.row(*row)[*at])).collect();
+    let outputs: Vec<f32> =
+        rows.iter().flat_map(|row| order.iter().map(|at| predictions.row(*row)[*at])).collect();
     let labels = card.labels_of(dataset)?;
     // The place of each class of this model in the first one's order, attribute by attribute.
     let (mut begin, mut places) = (0, vec![]);
@@ -105,7 +111,8 @@ fn outcome(
         places.push((0..count).map(|class| place(class).unwrap_or(class) as u32).collect::<Vec<u32>>());
         begin += count;
     }
-    let truth = labels.iter().zip(places.iter().cycle()).map(|(label, places)| places[*label as usize]).collect();
+    let truth =
+        labels.iter().zip(places.iter().cycle()).map(|(label, places)| places[*label as usize]).collect();
     let predicted = taxel::learn::metrics::Levels::of_task(task).predicted(&outputs);
     Ok(Outcome::Labels { truth, predicted, probabilities: outputs, untrained: vec![], steps: None })
 }

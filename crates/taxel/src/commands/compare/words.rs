@@ -1,7 +1,7 @@
 //! A comparison as people read it.
 
 use taxel::base::thousands;
-use taxel::judge::{Place, SideBySide, SideCosts, Test};
+use taxel::judge::{Place, SideBySide, SideCosts, Test, rounded};
 
 use crate::terminal::tables;
 
@@ -37,7 +37,11 @@ fn head(found: &SideBySide) -> String {
     let score = primary.head();
     let header = ["", score.as_str(), "latency ms", "parameters", "MACs", "bytes of the file"];
     let rows = [row(&format!("A {a}"), 0), row(&format!("B {b}"), 1)];
-    format!("{} samples{groups}{parts}\n\n{}\n", found.samples, tables::table(&header, &rows, &[1, 2, 3, 4, 5]))
+    format!(
+        "{} samples{groups}{parts}\n\n{}\n",
+        found.samples,
+        tables::table(&header, &rows, &[1, 2, 3, 4, 5])
+    )
 }
 
 /// Says who is better, by how much, and how sure that is.
@@ -46,7 +50,8 @@ fn verdict(found: &SideBySide) -> String {
     let worse = primary.loss(found.difference);
     let (better, size) = if worse > 0.0 { ("B", worse) } else { ("A", -worse) };
     let interval = found.interval.map_or(String::new(), |ends| {
-        let [low, high] = if better == "B" { primary.losses(ends) } else { primary.losses(ends).map(|end| -end) };
+        let [low, high] =
+            if better == "B" { primary.losses(ends) } else { primary.losses(ends).map(|end| -end) };
         let show = primary.show();
         format!(" [{}, {}]", show(low.min(high)), show(low.max(high)))
     });
@@ -66,15 +71,6 @@ fn verdict(found: &SideBySide) -> String {
         format!(" A difference of this size would show with about {} {unit}.", thousands(rounded(count)))
     });
     format!("Open: {better} seems better by {size}{p}.{open}")
-}
-
-/// Rounds a number to two digits: it rests on an estimate.
-fn rounded(count: u64) -> u64 {
-    let mut unit = 1;
-    while count / unit >= 100 {
-        unit *= 10;
-    }
-    count.div_ceil(unit) * unit
 }
 
 /// Names a test in words.

@@ -1,5 +1,6 @@
 //! `taxel predict`: the predictions of a model for new recordings.
 
+mod explain;
 mod guard;
 pub mod true_values;
 
@@ -14,6 +15,7 @@ use taxel::learn::certainty::AnswerSet;
 use taxel::learn::metrics::Levels;
 use taxel::{Model, Predictions, ReadOptions};
 
+use explain::Explained;
 use guard::Replaced;
 use true_values::{TrueValues, with_unit};
 
@@ -45,6 +47,7 @@ use crate::terminal::tables;
 #[derive(Args)]
 #[command(after_help = "Examples:  taxel predict model.safetensors recordings.npz
            taxel predict model.safetensors press.csv
+           taxel predict model.safetensors press.csv --explain
            taxel predict model.safetensors recordings/ --format csv --output predictions.csv")]
 pub struct Predict {
     /// The model file.
@@ -66,6 +69,10 @@ pub struct Predict {
     /// Predicts recordings that are not as in training: unit, rate, full scale, layout and bit depth are not compared.
     #[arg(long)]
     as_is: bool,
+    /// Says what each prediction rests on: how it changes where a sensor, or a part of the window, reads as at rest. For text and
+    /// json, and at most 100 samples.
+    #[arg(long)]
+    explain: bool,
     #[command(flatten)]
     certainty: CertaintyOptions,
     #[command(flatten)]
@@ -93,6 +100,8 @@ struct SamplePredictions<'a> {
     values: Option<&'a TrueValues>,
     /// Broken channels and taxels that the guard of the model replaced.
     replaced: Option<&'a Replaced>,
+    /// What each rests on, where that is asked for.
+    explained: Option<&'a Explained>,
     /// Whether the probabilities were fitted to held-out predictions.
     is_calibrated: bool,
     /// The familiarity up to which a sample is unknown to the model.
@@ -107,6 +116,9 @@ impl Predict {
     pub fn run(self) -> CommandResult {
         if self.format == PredictionFormat::Npz && self.output.is_none() {
             return Err("npz is no text: name a file with --output".into());
+        }
+        if self.explain && matches!(self.format, PredictionFormat::Csv | PredictionFormat::Npz) {
+            return Err("--explain: has no columns in csv and npz; print text or json".into());
         }
         let model = Model::open(&self.model)?;
         let card = model.card();
@@ -126,6 +138,7 @@ impl Predict {
             Some(guard) => Some(Replaced::new(guard.clone(), predictor.found(&x).map_err(refuse)?)),
             None => None,
         };
+        let explained = if self.explain { Some(Explained::of(&predictor, card, &x)?) } else { None };
         let (starts, truth) = (starts.as_deref(), truth.as_deref());
         let replaced = replaced.as_ref();
         let values = values.as_ref().filter(|_| !card.task.quantities().is_empty());
@@ -137,6 +150,7 @@ impl Predict {
             truth,
             values: values.as_ref(),
             replaced,
+            explained: explained.as_ref(),
             is_calibrated: card.certainty.is_some(),
             unknown,
             sets: sets.as_ref(),
@@ -235,7 +249,14 @@ impl SamplePredictions<'_> {
             ["probability", "start", "familiarity"].contains(&name) || values.iter().any(|v| v == name)
         };
         let right: Vec<usize> = (0..header.len()).filter(|i| is_number(header[*i])).collect();
-        tables::table(&header, &rows, &right)
+        tables::table(&header, &rows, &right) + &self.explanation()
+    }
+
+    /// Says what each prediction rests on, below the table.
+    fn explanation(&self) -> String {
+        let Some(explained) = self.explained else { return String::new() };
+        let one = |i: usize| format!("\n{}: what changes\n{}", self.origins[i], explained.words(i));
+        (0..self.predictions.len()).map(one).collect()
     }
 
     fn csv(&self) -> String {
@@ -322,6 +343,9 @@ impl SamplePredictions<'_> {
             }
             if let Some(replaced) = self.replaced {
                 sample["replaced"] = replaced.json(i);
+            }
+            if let Some(explained) = self.explained {
+                sample["rests_on"] = explained.json(i);
             }
             sample
         };
