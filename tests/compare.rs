@@ -150,7 +150,10 @@ fn rows_and_models_are_compared_on_the_same_samples() {
     let width = lines[0].split(',').count();
     assert!(lines[0].starts_with("run,name,source") && lines.len() > 4 * 4, "{table}");
     // No field of this run needs quotes but protocols with commas.
-    assert!(lines.iter().filter(|line| !line.contains('"')).all(|line| line.split(',').count() == width), "{table}");
+    assert!(
+        lines.iter().filter(|line| !line.contains('"')).all(|line| line.split(',').count() == width),
+        "{table}"
+    );
     for row in ["mlp", "majority", "k-nn", "svm-linear"] {
         assert!(table.contains(&format!(",{row},")), "{row}: {table}");
     }
@@ -171,7 +174,8 @@ fn values_are_compared_by_their_errors() {
     let places = found["places"].as_array().unwrap();
     assert_eq!(places.len(), 3, "{found}");
     let weighted = |side: usize| {
-        let sum: f64 = places.iter().map(|place| number(&place["samples"]) * number(&place["scores"][side])).sum();
+        let sum: f64 =
+            places.iter().map(|place| number(&place["samples"]) * number(&place["scores"][side])).sum();
         sum / number(&found["samples"])
     };
     for side in [0, 1] {
@@ -179,10 +183,16 @@ fn values_are_compared_by_their_errors() {
     }
     assert!(number(&found["difference"]) < 0.0, "ridge is nearer than the mean: {found}");
     let text = folder.says("compare ridge.safetensors mean.safetensors new.npz --y shore");
-    assert!(text.contains("A is better by") && text.contains("A closer") && !text.contains("points"), "{text}");
+    assert!(
+        text.contains("A is better by") && text.contains("A closer") && !text.contains("points"),
+        "{text}"
+    );
     folder.says("run grasps.toml --output other");
     folder.says("fit other --network k-nn --output classes.safetensors");
-    folder.refuses("compare ridge.safetensors classes.safetensors new.npz --y shore", "compare models of one task");
+    folder.refuses(
+        "compare ridge.safetensors classes.safetensors new.npz --y shore",
+        "compare models of one task",
+    );
 }
 
 #[test]
@@ -194,13 +204,22 @@ fn a_model_has_a_page_for_the_hub() {
     let page = fs::read_to_string(folder.path("hub/README.md")).unwrap();
     let (head, body) = page.strip_prefix("---\n").unwrap().split_once("\n---\n").unwrap();
     assert!(head.starts_with("library_name: taxel\n") && head.contains("type: accuracy"), "{head}");
-    assert!(head.lines().all(|line| !line.contains('\t') && (line.contains(':') || line.starts_with("- "))), "{head}");
-    assert!(body.contains("taxel predict grasps.safetensors") && body.contains("simulated recordings only"), "{body}");
+    assert!(
+        head.lines().all(|line| !line.contains('\t') && (line.contains(':') || line.starts_with("- "))),
+        "{head}"
+    );
+    assert!(
+        body.contains("taxel predict grasps.safetensors") && body.contains("simulated recordings only"),
+        "{body}"
+    );
     assert_eq!(folder.says("inspect hub/grasps.safetensors --model-card"), page);
     // It writes over its own page, and over nobody else's.
     folder.says("fit run --network k-nn --output hub/grasps.safetensors --model-card");
     fs::write(folder.path("hub/README.md"), "# mine\n").unwrap();
-    folder.refuses("fit run --network k-nn --output hub/grasps.safetensors --model-card", "is no model card of taxel");
+    folder.refuses(
+        "fit run --network k-nn --output hub/grasps.safetensors --model-card",
+        "is no model card of taxel",
+    );
     assert_eq!(fs::read_to_string(folder.path("hub/README.md")).unwrap(), "# mine\n");
 }
 
@@ -217,7 +236,10 @@ fn a_report_says_what_more_recordings_bring() {
     let points = curve["points"].as_array().unwrap();
     assert_eq!(points.len(), 4, "{report}");
     let counts: Vec<f64> = points.iter().map(|point| number(&point["count"])).collect();
-    assert!(counts.windows(2).all(|pair| pair[0] < pair[1]) && points.iter().all(|point| point["scores"].as_array().unwrap().len() == 3));
+    assert!(
+        counts.windows(2).all(|pair| pair[0] < pair[1])
+            && points.iter().all(|point| point["scores"].as_array().unwrap().len() == 3)
+    );
     let page = fs::read_to_string(folder.path("run/report.html")).unwrap();
     assert!(page.contains("More recordings") && is_file(&folder.path("run/charts/learning-curve.svg")));
     // What was trained is kept, with the same bytes.
@@ -241,7 +263,8 @@ fn table() -> String {
         for step in 0..20 {
             let told = if class == 1 && step >= 10 { 6.0 } else { 0.0 };
             let b = told + noise();
-            text += &format!("r{recording},{},{:.3},{b:.3},{:.3}\n", ["soft", "hard"][class], noise(), noise());
+            text +=
+                &format!("r{recording},{},{:.3},{b:.3},{:.3}\n", ["soft", "hard"][class], noise(), noise());
         }
     }
     text
@@ -270,7 +293,15 @@ fn what_mattered_is_found_where_it_is() {
     assert!(page.contains("What mattered") && is_file(&folder.path("run/charts/importance.svg")));
 
     folder.says("fit run --network svm-linear --output model.safetensors");
-    fs::write(folder.path("one.csv"), table().lines().filter(|line| line.starts_with("r1,") || line.starts_with("rec")).collect::<Vec<_>>().join("\n")).unwrap();
+    fs::write(
+        folder.path("one.csv"),
+        table()
+            .lines()
+            .filter(|line| line.starts_with("r1,") || line.starts_with("rec"))
+            .collect::<Vec<_>>()
+            .join("\n"),
+    )
+    .unwrap();
     let explained = folder.json("predict model.safetensors one.csv --explain --format json");
     let parts = explained["answers"][0]["rests_on"].as_array().unwrap();
     assert_eq!(parts[0]["without"], "b", "{explained}");

@@ -7,15 +7,15 @@ use crate::{Fitted, FittedValues};
 /// A linear model on features of a series: outputs are sums of products in double precision, rounded once.
 #[derive(Debug, Clone, Copy)]
 pub struct LinearModel<'a> {
-    /// What the weights meet.
+    /// The features that the weights meet.
     pub features: LinearFeatures<'a>,
     /// Weights `[outputs, features]`.
     pub weights: &'a [f32],
-    /// What is added to each output.
+    /// A number that is added to each output.
     pub bias: &'a [f32],
 }
 
-/// What the weights of a linear model meet.
+/// The features of a linear model.
 #[derive(Debug, Clone, Copy)]
 pub enum LinearFeatures<'a> {
     /// The values of the series, channel after channel.

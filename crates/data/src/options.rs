@@ -217,8 +217,8 @@ pub struct ReadOptions {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub length: Option<Length>,
     /// Of a table: long or wide, and the columns whose names do not say what they are, such as
-    /// long,recording=grasp,time=stamp,clock=ms,ignore=id (clock: s, ms, us or ns); column=NAME for each
-    /// channel where not all numbers are; shape=16x16 where a row is an image of 16 × 16 taxels, or a frame.
+    /// long,recording=grasp,time=stamp,clock=ms,ignore=id. A clock is s, ms, us or ns; column=NAME names each channel where not
+    /// all numbers are; shape=16x16 says that a row is an image of 16 × 16 taxels, or a frame.
     #[cfg_attr(
         feature = "clap",
         arg(long, value_name = "COLUMNS", default_value = "", hide_default_value = true)

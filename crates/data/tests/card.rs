@@ -168,3 +168,28 @@ fn a_card_fits_on_a_screen() {
     assert!(listed("7  0..60") && listed("9  0..100000"), "{text}");
     assert!(!listed("8  0..100") && text.contains("more, listed in JSON"), "{text}");
 }
+
+#[test]
+fn a_copy_is_named_with_the_one_of_another_label() {
+    let folder = tempdir().unwrap();
+    let same = [5.0; 4];
+    let arrays = [
+        ("x", f32s(&[4, 2, 2], &[&same[..], &same, &same, &[1.0, 2.0, 3.0, 4.0]].concat())),
+        ("y", i64s(&[4], &[0, 0, 1, 1])),
+    ];
+    let card = check_with(&npz(folder.path(), &arrays), &ReadOptions::default()).unwrap();
+    let copies = card.warnings.iter().find(|warning| warning.contains("another label")).unwrap();
+    assert!(copies.contains("x[0] (0) = x[2] (1)"), "{copies}");
+}
+
+#[test]
+fn a_card_says_how_often_a_channel_stands_still() {
+    let folder = tempdir().unwrap();
+    // The first channel stands still in two samples of four, the second in none.
+    let x: Vec<f32> = (0..4u8)
+        .flat_map(|i| [f32::from(i), if i < 2 { f32::from(i) } else { 9.0 }, 1.0, 2.0 + f32::from(i)])
+        .collect();
+    let arrays = [("x", f32s(&[4, 2, 2], &x)), ("y", i64s(&[4], &[0, 0, 1, 1]))];
+    let card = check_with(&npz(folder.path(), &arrays), &ReadOptions::default()).unwrap();
+    assert_eq!((card.channels[0].stuck, card.channels[1].stuck), (0.5, 0.0));
+}

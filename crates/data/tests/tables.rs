@@ -402,3 +402,11 @@ fn a_model_finds_its_columns_by_name() {
     files(folder.path(), &[("one.csv", "1,2\n3,4\n")]);
     assert_eq!(recordings(&folder.path().join("one.csv"), &options, 2).unwrap().x.shape(), [1, 2, 2]);
 }
+
+#[test]
+fn a_limit_of_samples_allows_as_many() {
+    let of =
+        |max_samples| ReadOptions { limits: Limits { max_samples, ..Limits::default() }, ..table("long") };
+    assert_eq!(read(LONG, &of(2)).len(), 2);
+    assert!(message(LONG, &of(1)).contains("2 samples are more than the 1 allowed"));
+}

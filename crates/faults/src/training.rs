@@ -24,9 +24,9 @@ pub struct TrainingFaults {
     pub probability: f64,
     /// Probability that it has one more, whether or not it has the first, 0 to 1. Default 0.14.
     pub second: f64,
-    /// The kinds that are drawn. Default all from which something can be learned: all that have a meaning for
-    /// the layout, and for a single channel (a row of features is one) without those that leave nothing of it
-    /// (`dead`, `stuck`) or that need a second one (`dead-line`, `crosstalk`, `swap`).
+    /// The kinds that are drawn. Default all from which something can be learned: all that have a meaning for the layout. For a
+    /// single channel (a row of features is one) those are left out that leave nothing of it (`dead`, `stuck`) or that need a
+    /// second one (`dead-line`, `crosstalk`, `swap`).
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub kinds: Vec<Fault>,
     /// Kinds that are never drawn: what is left out of training can be tested as unknown. Default none.

@@ -1,11 +1,11 @@
-//! What a library answers: classes with probabilities, or values with intervals, as C.
+//! The answers of a library: classes with probabilities, or values with intervals, as C.
 
 use taxel_base::exponential::{LN, MOST};
 
 use crate::gate::Gate;
 use crate::literals::{comment, double, float, text};
 
-/// What a library answers.
+/// The answers of a library.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Answers {
     /// One class, by the softmax of the outputs.
@@ -21,7 +21,7 @@ pub enum Answers {
     Values {
         /// Names and units.
         quantities: Vec<Quantity>,
-        /// What the outputs behind the values say of their errors.
+        /// The outputs behind the values, which tell their errors.
         spread: Spread,
         /// Half the width of the 90 % interval of each value, of a model that has intervals: in its unit, or in spreads.
         half: Option<Vec<f64>>,
@@ -37,7 +37,7 @@ pub struct Quantity {
     pub unit: Option<String>,
 }
 
-/// What the outputs behind the values say of how far these are off.
+/// The outputs behind the values, which tell how far these are off.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Spread {
     /// There are none: all samples are off alike.

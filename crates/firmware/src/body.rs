@@ -1,4 +1,4 @@
-//! What a method computes of its input, as C: a network in eight bits, or a linear model on features.
+//! The computation of a method, as C: a network in eight bits, or a linear model on features.
 
 use crate::arena::Arena;
 use crate::cores::Counts;
@@ -20,7 +20,7 @@ pub(crate) struct Body {
     pub calls: String,
     pub table_bytes: usize,
     pub code_bytes: usize,
-    /// What it computes; not counted for linear models.
+    /// Its operations; not counted for linear models.
     pub counts: Option<Counts>,
     pub macs: usize,
     /// Bytes of whole numbers that processors without floats in hardware need besides.

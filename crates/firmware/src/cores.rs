@@ -1,4 +1,4 @@
-//! What one prediction takes on different cores, estimated: instructions and flash.
+//! The cost of one prediction on different cores, estimated: instructions and flash.
 //!
 //! The numbers are fitted to those that QEMU counted (`docs/benchmarks/2026-11-28-firmware.md`), and a test holds both against
 //! each other.

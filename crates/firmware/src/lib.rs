@@ -1,4 +1,4 @@
-//! Networks in eight bits as C for microcontrollers, with the bits of `taxel predict`.
+//! Models as C for microcontrollers, with the bits of `taxel predict`: networks in eight bits, MiniRocket and ridge.
 //!
 //! A [`Library`] is printed from the steps and places of the runtime ([`Blueprint`](taxel_runtime::Blueprint)), never from the
 //! graph: what the runtime joins, rounds and leaves in floats, the C does as well. [`Library::files`] is the folder: C99 with

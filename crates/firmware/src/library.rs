@@ -18,13 +18,13 @@ pub struct Library<'a> {
     pub model: String,
     /// Version of taxel.
     pub version: String,
-    /// What it computes.
+    /// Its computation.
     pub method: Method<'a>,
     /// How a sample becomes what the network reads.
     pub encoding: Encoding<'a>,
     /// Channels and time steps of a sample.
     pub sample: [usize; 2],
-    /// What it answers.
+    /// Its answers.
     pub answers: Answers,
     /// The card of the model, for the README.
     pub about: String,
@@ -40,7 +40,7 @@ pub struct Library<'a> {
     pub expected: Expected,
 }
 
-/// What a library computes.
+/// The computation of a library.
 #[derive(Debug, Clone, Copy)]
 pub enum Method<'a> {
     /// A network in eight bits.

@@ -18,15 +18,15 @@ const COUNT: usize = u16::MAX as usize;
 /// A linear model on features: sums of products in double precision, rounded once.
 #[derive(Debug, Clone, Copy)]
 pub struct Linear<'a> {
-    /// What the weights meet.
+    /// The features that the weights meet.
     pub features: Features<'a>,
     /// Weights `[outputs, features]`.
     pub weights: &'a [f32],
-    /// What is added to each output.
+    /// A number that is added to each output.
     pub bias: &'a [f32],
 }
 
-/// What the weights of a linear model meet.
+/// The features of a linear model.
 #[derive(Debug, Clone, Copy)]
 pub enum Features<'a> {
     /// The values of the series, channel after channel.

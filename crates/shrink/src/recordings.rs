@@ -159,7 +159,7 @@ fn counted(dataset: &Dataset, rows: &[usize]) -> f64 {
     }
 }
 
-/// Names what a count is of.
+/// Returns the thing that a count is of.
 fn per(primary: &Primary, task: &Task) -> &'static str {
     match task {
         Task::Classes(_) => primary.stratum(),

@@ -5,7 +5,7 @@ use std::path::Path;
 use serde_json::json;
 use taxel_baselines::{Dilated, Fitted, LinearFeatures, LinearModel};
 use taxel_data::{Layout, SampleSpec};
-use taxel_encodings::{CodeView, Scaling, TactileTensor};
+use taxel_encodings::{CodeView, QuantileCode, Scaling, TactileTensor};
 use taxel_graph::{Graph, Loss, Network, Tensor, Weights};
 use taxel_learn::certainty::{Place, Seen};
 use taxel_learn::{Card, Model, ModelKind, Transform};
@@ -15,7 +15,7 @@ use taxel_onnx::{
 };
 
 use crate::error::{Error, Result};
-use crate::firmware::fitted;
+use crate::saved_baseline::fitted;
 
 /// Names of the input, the layer and the output of a linear baseline.
 const INPUT: &str = "series";
@@ -278,15 +278,7 @@ fn add(transform: &Transform, now: &mut Vec<usize>, steps: &mut Vec<FrontStep>) 
         }
         Transform::QuantileCode(code) => {
             channelled(2, now, steps)?;
-            let [rows, coded] = code.shape(now[0], now[1]);
-            let row = |view: &CodeView| CodeRow { mean: view.mean, sd: view.sd, edges: view.edges.clone() };
-            let ramps = rows / (code.views().len()).max(1) - 1;
-            steps.push(FrontStep::Code(Code {
-                rows: code.views().iter().map(row).collect(),
-                ramps,
-                steps: coded,
-            }));
-            *now = vec![rows, coded];
+            coded(code, now, steps);
         }
         Transform::Rocket(_)
         | Transform::Field(_)
@@ -296,6 +288,16 @@ fn add(transform: &Transform, now: &mut Vec<usize>, steps: &mut Vec<FrontStep>) 
         | Transform::Numatac { .. } => return None,
     }
     Some(())
+}
+
+/// Adds the quantile code of channels × time.
+fn coded(code: &QuantileCode, now: &mut Vec<usize>, steps: &mut Vec<FrontStep>) {
+    let [rows, coded] = code.shape(now[0], now[1]);
+    let row = |view: &CodeView| CodeRow { mean: view.mean, sd: view.sd, edges: view.edges.clone() };
+    let ramps = (rows / code.views().len().max(1)).saturating_sub(1);
+    let rows_of = code.views().iter().map(row).collect();
+    steps.push(FrontStep::Code(Code { rows: rows_of, ramps, steps: coded }));
+    *now = vec![rows, coded];
 }
 
 fn reshape(to: Vec<usize>, now: &mut Vec<usize>, steps: &mut Vec<FrontStep>) {

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use ndarray::{ArrayD, IxDyn};
-use taxel_baselines::{Fitted, LinearFeatures, LinearModel, Method as Baseline, Saved};
+use taxel_baselines::{Fitted, LinearFeatures, LinearModel};
 use taxel_data::{Layout, SampleSpec, Task};
 use taxel_encodings::Scaling;
 use taxel_firmware::{
@@ -16,6 +16,7 @@ use taxel_learn::{Card, Model, ModelKind, Transform};
 use taxel_runtime::Blueprint;
 
 use crate::error::{Error, Result};
+use crate::saved_baseline::fitted;
 
 /// Samples of the test that goes with the C.
 const SAMPLES: usize = 200;
@@ -33,7 +34,7 @@ pub struct ExportedC {
     pub remarks: Vec<String>,
 }
 
-/// What a model computes, read for C.
+/// The computation of a model, read for C.
 enum Read {
     Network(Box<Blueprint>),
     Linear(Box<Fitted>),
@@ -116,26 +117,6 @@ fn network(model: &Model, graph: &Graph) -> Result<Blueprint> {
     };
     let blueprint = Blueprint::new(graph, model.weights(), &quantized.ranges);
     Ok(blueprint.map_err(taxel_learn::Error::from)?)
-}
-
-/// Reads a baseline; its name stands in the refusal of one without C.
-pub(crate) fn fitted(model: &Model, method: &Baseline, series: [usize; 2]) -> Result<Fitted> {
-    let (card, mut saved) = (model.card(), Saved::default());
-    for (name, tensor) in model.weights().iter() {
-        saved.insert(name, &tensor.data);
-    }
-    let outputs = card.task.outputs();
-    let read = match &card.task {
-        Task::Values(_) => Fitted::read_values(method, series, outputs, &saved),
-        Task::Classes(_) => Fitted::read(method, series, outputs, &saved),
-        Task::Levels(_) => {
-            return Err(refusal(
-                card,
-                "is a baseline of several attributes, which only `taxel predict` knows".into(),
-            ));
-        }
-    };
-    read.map_err(|source| taxel_learn::Error::Baseline { baseline: card.name.clone(), source }.into())
 }
 
 /// Returns the linear model of a baseline.

@@ -1,4 +1,4 @@
-//! What a model takes on a microcontroller, and which rows of a run fit one.
+//! The memory that a model takes on a microcontroller, and the rows of a run that fit one.
 
 use serde::Serialize;
 use taxel_firmware::{Core, Library, Size};
@@ -8,7 +8,7 @@ use taxel_learn::Model;
 use crate::error::Result;
 use crate::firmware::with_library;
 
-/// What a model takes on a core, as C.
+/// The memory and the instructions that a model takes on a core, as C.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Footprint {
     /// Name of the core.

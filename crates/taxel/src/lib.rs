@@ -88,6 +88,8 @@ pub mod panics;
 mod progress;
 #[cfg(feature = "lab")]
 pub mod reporting;
+#[cfg(feature = "lab")]
+mod saved_baseline;
 
 pub use error::{Error, Result};
 #[cfg(feature = "lab")]

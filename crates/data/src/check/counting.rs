@@ -43,3 +43,14 @@ fn rises<'v>(values: impl Iterator<Item = &'v f32>) -> bool {
     }
     count >= COUNTED
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_stands_still_does_not_count() {
+        assert!(!rises([7.0; 8].iter()));
+        assert!(rises([0.0, 1.0, 2.0, 3.0, 4.0, 5.0].iter()));
+    }
+}

@@ -131,4 +131,17 @@ mod tests {
         let one: Vec<u32> = (0..60).map(|i| i / 30).collect();
         assert_eq!(by_place(&slow, Some(&one)), None);
     }
+
+    #[test]
+    fn few_values_and_values_that_are_not_finite_say_nothing() {
+        let data = |values: Vec<f32>| {
+            let rows = values.len();
+            let x = ndarray::ArrayD::from_shape_fn(vec![rows, 1, 2], |at| at[0] as f32);
+            let data = Dataset::new("presses", taxel_base::Layout::Series, x, &vec!["a"; rows]).unwrap();
+            data.with_values(crate::Quantity::named(&["force"]), values).unwrap()
+        };
+        let slow = |rows: usize| (0..rows).map(|row| row as f32).collect::<Vec<_>>();
+        assert!(!confounds(&data(slow(60))).is_empty());
+        assert!(confounds(&data(slow(LEAST - 1))).is_empty());
+    }
 }

@@ -47,3 +47,17 @@ pub(crate) fn listed_up_to(names: &[String], most: usize) -> String {
         more => format!("{} and {more} more", names[..most].join(", ")),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn channels_without_names_are_matched_by_place() {
+        let names = ["a".to_string(), "b".to_string()];
+        assert_eq!(places(&[], &names), Ok(None));
+        assert_eq!(places(&names, &[]), Ok(None));
+        let turned = ["b".to_string(), "a".to_string()];
+        assert_eq!(places(&names, &turned), Ok(Some(vec![1, 0])));
+    }
+}

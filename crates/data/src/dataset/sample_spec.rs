@@ -116,3 +116,18 @@ impl SampleSpec {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_shape_without_a_time_axis_is_one_time_step() {
+        let spec = |shape: &[usize]| -> SampleSpec {
+            let card = serde_json::json!({ "layout": "series", "shape": shape });
+            serde_json::from_value(card).unwrap_or_else(|why| panic!("{why}"))
+        };
+        assert_eq!(spec(&[3, 4]).around_time(), (3, 4, 1));
+        assert_eq!(spec(&[5]).around_time(), (1, 1, 5));
+    }
+}

@@ -164,3 +164,18 @@ fn is_channel_of(channel: &str, key: &str) -> bool {
         .strip_prefix(key)
         .is_some_and(|rest| rest.is_empty() || rest.starts_with('[') && rest.ends_with(']'))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_channel_is_of_a_key_by_its_whole_index() {
+        for channel in ["taxels", "taxels[3]"] {
+            assert!(is_channel_of(channel, "taxels"), "{channel}");
+        }
+        for channel in ["taxels[3", "taxels2]", "tax", "taxels_left"] {
+            assert!(!is_channel_of(channel, "taxels"), "{channel}");
+        }
+    }
+}

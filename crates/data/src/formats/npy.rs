@@ -436,3 +436,18 @@ pub(crate) fn fill(reader: &mut dyn Read, buffer: &mut [u8], at: &str) -> Result
 pub(crate) fn by_rows<T: Clone>(values: &[T], rows: usize, columns: usize) -> Vec<T> {
     (0..values.len()).map(|i| values[(i % columns) * rows + i / columns].clone()).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_of_several_bytes_have_an_order() {
+        for dtype in ["|i1", "<i1", ">f4", "|b1"] {
+            assert!(number(dtype).0.is_some(), "{dtype}");
+        }
+        for dtype in ["|i4", "|f8", "=f4", "i4"] {
+            assert!(number(dtype).0.is_none(), "{dtype}");
+        }
+    }
+}

@@ -1,11 +1,13 @@
 //! Choices from synthetic records.
 
+use std::collections::BTreeMap;
+
 use super::choice::decide;
 use super::comparison::Comparison;
 use super::hardening::hardening;
 use crate::synthetic::{Player, Setting, few_samples, official, player, random_splits, stress, synthetic};
 use crate::values::{
-    Choice, CostKind, Criteria, FaultCurve, FaultInfo, FoldLoss, Judgement, Test, named_scores,
+    Choice, CostKind, Criteria, FaultCurve, FaultInfo, FoldLoss, Judgement, Need, Room, Test, named_scores,
 };
 use serde_json::json;
 use taxel_faults::Fault;
@@ -300,6 +302,30 @@ fn the_margin_decides_what_few_data_are() {
     assert!(choice.enough_data && low > -5.0);
     assert!(!chosen(&Setting::default(), players(), &criteria(-low - 0.01)).enough_data);
     assert!(chosen(&Setting::default(), players(), &criteria(-low + 0.01)).enough_data);
+}
+
+#[test]
+fn what_does_not_fit_a_microcontroller_is_refused() {
+    let players =
+        || vec![player("large", 10.0, LARGE), player("small", 1.0, SMALL), player("poor", 0.1, POOR)];
+    let needs = [
+        ("large", Need::Bytes { flash: 60_000, ram: 9_000 }),
+        ("small", Need::Impossible { reason: "is in 32-bit floats".into() }),
+        ("poor", Need::Bytes { flash: 1_000, ram: 100 }),
+    ];
+    let needs: BTreeMap<String, Need> = needs.map(|(name, need)| (name.to_string(), need)).into();
+    let with = |max_flash, max_ram| {
+        let room = Some(Room { max_flash, max_ram, needs: needs.clone() });
+        chosen(&Setting::default(), players(), &Criteria { room, ..Criteria::default() })
+    };
+    let roomy = with(Some(65_536), None);
+    assert_eq!(roomy.chosen.as_deref(), Some("large"));
+    assert_eq!(roomy.evidence[1].refused.as_deref(), Some("has no C: is in 32-bit floats"));
+    assert!(says(&roomy, "about 60,000 of 65,536 bytes of flash and 9,000 of RAM"), "{:#?}", roomy.words);
+    // What fits and is worse beyond doubt is not chosen either.
+    let tight = with(None, Some(8_192));
+    assert_eq!(tight.chosen, None);
+    assert!(says(&tight, "large needs 9,000 bytes of RAM, and 8,192 are there"), "{:#?}", tight.words);
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! What decisions rest on: the loss of a trained model while parts of its test samples read their mean.
+//! The parts that decisions rest on: the loss of a trained model while parts of its test samples read their mean.
 
 use std::collections::BTreeMap;
 

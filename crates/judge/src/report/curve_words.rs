@@ -1,4 +1,4 @@
-//! What more training recordings would bring, in sentences.
+//! The gain of more training recordings, in sentences.
 
 use taxel_report::numbers::digits;
 

@@ -1,8 +1,8 @@
-//! What decisions rest on: sensors and parts of the window.
+//! The parts that decisions rest on: sensors and parts of the window.
 
 use serde::{Deserialize, Serialize};
 
-/// What the decisions of one row rest on, by masking its test samples.
+/// The parts that the decisions of one row rest on, by masking its test samples.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Importance {
     /// The row.
@@ -22,7 +22,7 @@ pub struct Importance {
     pub classes: Vec<ClassImportance>,
 }
 
-/// What the decisions on one class rest on.
+/// The parts that the decisions on one class rest on.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ClassImportance {
     /// The true class; empty of values.

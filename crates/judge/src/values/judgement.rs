@@ -47,10 +47,10 @@ pub struct Judgement {
     /// How far values lie from the true ones, row by row; empty of classes.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub errors: Vec<RowErrors>,
-    /// What the decisions of the best row rest on; none in judgements of older versions.
+    /// The parts that the decisions of the best row rest on; none in judgements of older versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub importance: Option<Importance>,
-    /// What more training recordings would bring; none where nobody asked.
+    /// The gain of more training recordings; none where nobody asked.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub learning_curve: Option<LearningCurve>,
     /// Some test samples with what networks say about them.

@@ -1,4 +1,4 @@
-//! What more training recordings would bring.
+//! The gain of more training recordings.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 pub struct LearningCurve {
     /// The row.
     pub network: String,
-    /// What a count is of: `class`, `part of the range`, or nothing where recordings are counted altogether.
+    /// The thing that a count is of: `class`, `part of the range`, or nothing where recordings are counted altogether.
     pub per: String,
     /// From few recordings to all of a training part.
     pub points: Vec<CurvePoint>,
@@ -29,7 +29,7 @@ pub struct CurvePoint {
 /// A power law of the error: `floor + scale · count^-rate`, in the unit of the primary metric.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CurveLaw {
-    /// What remains with any number of recordings.
+    /// The error that remains with any number of recordings.
     pub floor: f64,
     /// Size of what falls.
     pub scale: f64,
@@ -37,11 +37,11 @@ pub struct CurveLaw {
     pub rate: f64,
     /// Score that it levels off at, with its 95 % interval; none where four sizes do not tell it.
     pub level: Option<(f64, [f64; 2])>,
-    /// What more recordings bring.
+    /// Gains of more recordings.
     pub gains: Vec<CurveGain>,
 }
 
-/// What so many more recordings bring.
+/// The gain of so many more recordings.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct CurveGain {
     /// More recordings.

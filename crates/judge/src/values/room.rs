@@ -15,11 +15,11 @@ pub struct Room {
     pub max_flash: Option<u64>,
     /// Bytes of RAM for the workspace and the last time steps; none: no limit.
     pub max_ram: Option<u64>,
-    /// What each row of the run takes, by name; a row that is not here has no C.
+    /// The memory that each row of the run takes, by name; a row that is not here has no C.
     pub needs: BTreeMap<String, Need>,
 }
 
-/// What a network takes on a microcontroller.
+/// The memory that a network takes on a microcontroller.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Need {

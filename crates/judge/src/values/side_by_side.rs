@@ -39,7 +39,7 @@ pub struct SideBySide {
     pub right: Option<Right>,
     /// Which is better where: class by class, of values by parts of their range.
     pub places: Vec<Place>,
-    /// What each costs.
+    /// Costs of each.
     pub costs: [SideCosts; 2],
 }
 
@@ -70,7 +70,7 @@ pub struct Place {
     pub only: [usize; 2],
 }
 
-/// What one of the two costs.
+/// Costs of one of the two.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct SideCosts {
     /// Trained values.

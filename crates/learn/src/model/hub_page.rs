@@ -64,7 +64,7 @@ impl Card {
         head + "---\n\n"
     }
 
-    /// Names the task in the Hub's words, which have none for series.
+    /// Returns the task in the Hub's words, which have none for series.
     fn hub_task(&self) -> &'static str {
         let is_of_values = matches!(self.task, Task::Values(_));
         match (self.spec.layout, is_of_values) {

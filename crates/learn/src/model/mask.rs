@@ -28,7 +28,7 @@ pub struct MaskGrid {
     places: Vec<(usize, usize)>,
 }
 
-/// What a part of a sample is replaced by.
+/// A part of a sample that is replaced.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Masked {
     /// The masked row; none masks all of them.
@@ -42,7 +42,7 @@ fn part(at: usize, size: usize, most: usize) -> usize {
     at * size.min(most) / size.max(1)
 }
 
-/// Names the parts of an axis: `rows 0 to 3`, or `row 2` where each place is a part.
+/// Returns names for the parts of an axis: `rows 0 to 3`, or `row 2` where each place is a part.
 fn names(one: &str, size: usize, most: usize) -> Vec<String> {
     let count = size.min(most);
     let named = |number: usize| {
@@ -56,7 +56,7 @@ fn names(one: &str, size: usize, most: usize) -> Vec<String> {
     (0..count).map(named).collect()
 }
 
-/// Names the parts of a window: `20 to 30 %`.
+/// Returns names for the parts of a window: `20 to 30 %`.
 fn window(ticks: usize) -> Vec<String> {
     let count = ticks.min(WINDOW);
     let percent = |number: usize| 100 * number / count.max(1);
@@ -130,7 +130,7 @@ impl MaskGrid {
         rows.chain(columns).chain(pairs).collect()
     }
 
-    /// Names a masked part.
+    /// Returns the name of a masked part.
     pub fn name(&self, masked: Masked) -> String {
         let row = masked.row.and_then(|row| self.rows.get(row));
         let column =
@@ -172,7 +172,7 @@ impl MaskGrid {
     }
 }
 
-/// Names the channels or features.
+/// Returns names for the channels or features.
 fn sensors(spec: &SampleSpec, one: &str, count: usize) -> Vec<String> {
     if spec.channel_names.len() == count && count <= SENSORS {
         spec.channel_names.clone()

@@ -78,31 +78,11 @@ impl Front {
                     }
                     value = scaled(sink, name, value, shape.len(), (offset, divisor));
                 }
-                FrontStep::History(lags) => {
-                    let &[channels, length] = &shape[..] else {
-                        return refuse(format!("{shape:?} is no series"));
+                FrontStep::History(_) | FrontStep::Code(_) | FrontStep::Rocket(_) => {
+                    let Some(made) = encoded(step, sink, name, &value, &shape) else {
+                        return refuse(format!("{shape:?} is no series of this encoding"));
                     };
-                    if lags.iter().any(|lag| *lag >= length) {
-                        return refuse(format!("{shape:?} does not reach back {lags:?}"));
-                    }
-                    value = history(sink, name, &value, [channels, length], lags);
-                    shape = vec![channels * (1 + lags.len()), 1];
-                }
-                FrontStep::Code(code) => {
-                    let series = series(&shape).and_then(|series| Some((series, code.shape(series)?)));
-                    let Some(([_, length], coded)) = series else {
-                        return refuse(format!("{shape:?} has another quantile code"));
-                    };
-                    value = code.emit(sink, name, &value, length);
-                    shape = coded.to_vec();
-                }
-                FrontStep::Rocket(rocket) => {
-                    let series = series(&shape).and_then(|series| Some((series, rocket.width(series)?)));
-                    let Some((series, width)) = series else {
-                        return refuse(format!("{shape:?} has other features"));
-                    };
-                    value = rocket.emit(sink, name, &value, series);
-                    shape = vec![width];
+                    (value, shape) = made;
                 }
             }
         }
@@ -113,9 +93,32 @@ impl Front {
     }
 }
 
-/// Returns channels and length of a series.
-fn series(shape: &[usize]) -> Option<[usize; 2]> {
-    shape.try_into().ok()
+/// Writes the encoding of a whole series; its value and shape, or none where the series is not one of its.
+fn encoded(
+    step: &FrontStep,
+    sink: &mut Sink,
+    name: &str,
+    value: &str,
+    shape: &[usize],
+) -> Option<(String, Vec<usize>)> {
+    let series: [usize; 2] = shape.try_into().ok()?;
+    let [channels, length] = series;
+    match step {
+        FrontStep::History(lags) => {
+            let fits = lags.iter().all(|lag| *lag < length);
+            let rows = vec![channels * (1 + lags.len()), 1];
+            fits.then(|| (history(sink, name, value, series, lags), rows))
+        }
+        FrontStep::Code(code) => {
+            let shape = code.shape(series)?;
+            Some((code.emit(sink, name, value, length), shape.to_vec()))
+        }
+        FrontStep::Rocket(rocket) => {
+            let width = rocket.width(series)?;
+            Some((rocket.emit(sink, name, value, series), vec![width]))
+        }
+        _ => None,
+    }
 }
 
 /// Returns the shape with its axes in another order, if `order` names each of them once.

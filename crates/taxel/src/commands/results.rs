@@ -161,9 +161,9 @@ fn of_row(network: &NetworkResults) -> Vec<String> {
 
 /// Returns a line of CSV (RFC 4180): fields with commas, quotes or line ends stand in quotes.
 fn line(fields: &[String]) -> String {
-    let quoted = |field: &String| match field.contains([',', '"', '\n', '\r']) {
-        true => format!("\"{}\"", field.replace('"', "\"\"")),
-        false => field.clone(),
+    let quoted = |field: &String| {
+        let needs_quotes = field.contains([',', '"', '\n', '\r']);
+        if needs_quotes { format!("\"{}\"", field.replace('"', "\"\"")) } else { field.clone() }
     };
     fields.iter().map(quoted).collect::<Vec<_>>().join(",") + "\n"
 }

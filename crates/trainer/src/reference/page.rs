@@ -8,7 +8,7 @@ use taxel_zoo::Registry;
 
 use super::schema::schema;
 
-/// What stands above the keys.
+/// Text above the keys.
 const HEAD: &str = "# Keys of a config
 
 Every key that a config may have, with its type and its default. The page is written from the code by `taxel schema --page`, and a
@@ -137,7 +137,7 @@ impl<'s> Writer<'s> {
         }
     }
 
-    /// Names the type of a key in words; a table gets a section, and `text` that of its definition where the key has none.
+    /// Returns the type of a key in words; a table gets a section, and `text` that of its definition where the key has none.
     fn type_of(&mut self, schema: &'s Value, path: &str, text: &mut String) -> String {
         let (found, name) = self.resolved(schema);
         if text.is_empty() {
@@ -164,12 +164,10 @@ impl<'s> Writer<'s> {
             Some("number") => "number".into(),
             Some("boolean") => "true or false".into(),
             Some("string") => "text".into(),
-            Some("array") => match found["items"].is_null() {
-                true => "list".into(),
-                false => {
-                    format!("list, each: {}", self.type_of(&found["items"], path, &mut String::from("-")))
-                }
-            },
+            Some("array") if found["items"].is_null() => "list".into(),
+            Some("array") => {
+                format!("list, each: {}", self.type_of(&found["items"], path, &mut String::from("-")))
+            }
             Some("object") => "table".into(),
             _ if found["oneOf"].is_array() => "one of".into(),
             _ => "any value".into(),

@@ -88,3 +88,20 @@ pub(crate) fn described(topics: &[Topic], counts: &[Count]) -> String {
     }
     listed.join(", ")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn messages_of_one_moment_have_no_rate() {
+        let [name, kind, encoding] = ["/skin", "Skin", "json"].map(String::from);
+        let topic = Topic { name, kind, encoding, language: String::new(), definition: String::new() };
+        let mut counts = vec![];
+        Count::add(&mut counts, 0, 5);
+        Count::add(&mut counts, 0, 5);
+        assert_eq!(described(std::slice::from_ref(&topic), &counts), "/skin (Skin, 2 messages)");
+        Count::add(&mut counts, 0, 1_000_000_005);
+        assert_eq!(described(&[topic], &counts), "/skin (Skin, 3 messages, 2.0 Hz)");
+    }
+}

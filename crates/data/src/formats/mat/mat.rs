@@ -290,3 +290,15 @@ fn number(stored: u32) -> Option<(NumberKind, usize)> {
         _ => return None,
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_that_ends_early_is_cut_short_and_another_error_is_said() {
+        let said = |kind: io::ErrorKind| Broken::Read(kind.into()).at("a.mat", 128).to_string();
+        let (cut, other) = (said(io::ErrorKind::UnexpectedEof), said(io::ErrorKind::InvalidData));
+        assert!(cut.contains("cut short") && !other.contains("cut short"), "{cut}; {other}");
+    }
+}

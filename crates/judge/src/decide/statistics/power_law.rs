@@ -145,7 +145,7 @@ mod tests {
         assert_eq!(law_of(|at, _| 10.0 + at as f64, &[40.0]), None);
     }
 
-    /// Of 200 noisy curves the interval of the gain holds the true one in nine of ten at least.
+    /// Checks that of 200 noisy curves the interval of the gain holds the true one in nine of ten at least.
     #[test]
     fn intervals_hold_the_true_gain() {
         let truth = 40.0 / 40f64.sqrt() - 40.0 / 80f64.sqrt();

@@ -1,4 +1,4 @@
-//! What decisions rest on, as a picture over sensors and window for each class.
+//! The parts that decisions rest on, as a picture over sensors and window for each class.
 
 use taxel_report::canvas::{Anchor, Canvas, PLAIN, TextStyle, short, width_of};
 use taxel_report::chart::Chart;

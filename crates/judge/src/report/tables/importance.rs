@@ -1,4 +1,4 @@
-//! What decisions rest on, part by part.
+//! The parts that decisions rest on, one by one.
 
 use taxel_report::table::{Cell, Column, Table};
 

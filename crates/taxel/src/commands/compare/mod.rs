@@ -31,7 +31,7 @@ pub struct Compare {
     /// A model made by `taxel fit`, or a run folder.
     #[arg(value_name = "A", value_hint = ValueHint::AnyPath)]
     first: PathBuf,
-    /// What it is compared with.
+    /// The model or run folder that it is compared with.
     #[arg(value_name = "B", value_hint = ValueHint::AnyPath)]
     second: PathBuf,
     /// Labelled recordings for two models.

@@ -73,7 +73,7 @@ fn verdict(found: &SideBySide) -> String {
     format!("Open: {better} seems better by {size}{p}.{open}")
 }
 
-/// Names a test in words.
+/// Returns a test in words.
 fn test(test: Test) -> &'static str {
     match test {
         Test::NadeauBengio => "corrected resampled t-test",

@@ -1,4 +1,4 @@
-//! What a prediction rests on: each sensor and each part of the window replaced by what a sensor at rest reads.
+//! The parts that a prediction rests on: each sensor and each part of the window replaced by what a sensor at rest reads.
 
 use ndarray::{ArrayRef, Axis, IxDyn};
 use serde_json::{Value, json};

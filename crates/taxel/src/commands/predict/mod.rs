@@ -100,7 +100,7 @@ struct SamplePredictions<'a> {
     values: Option<&'a TrueValues>,
     /// Broken channels and taxels that the guard of the model replaced.
     replaced: Option<&'a Replaced>,
-    /// What each rests on, where that is asked for.
+    /// The parts that each rests on, where that is asked for.
     explained: Option<&'a Explained>,
     /// Whether the probabilities were fitted to held-out predictions.
     is_calibrated: bool,
