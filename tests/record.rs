@@ -3,6 +3,8 @@
 #![cfg(unix)]
 #![allow(clippy::unwrap_used, clippy::panic)]
 
+#[path = "support/page.rs"]
+mod page;
 #[path = "support/person.rs"]
 mod person;
 #[path = "support/sensor.rs"]
@@ -15,6 +17,7 @@ use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
+use page::{Served, events, get};
 use person::Person;
 use sensor::{Sensor, press};
 use serde_json::Value;
@@ -370,4 +373,26 @@ fn a_person_starts_throws_away_and_chooses() {
     assert_eq!(code, 0);
     let names: Vec<String> = files(&at.join("skin")).into_keys().collect();
     assert_eq!(names, ["cup/session-2/001.csv", "pot/session-1/001.csv"]);
+}
+
+#[test]
+fn the_live_page_shows_what_is_recorded() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let sensor = Sensor::start(100.0);
+    let more = ["--count", "1", "--start", "now", "--serve", "127.0.0.1:0"];
+    let served = Served::of(&mut taxel(at, &record(&["--serial", &sensor.port], &more)));
+    assert!(get(&served.host, "/").contains("<!doctype html>"));
+    let seen = events(&served.host, |all| all.iter().any(|(name, _)| name == "end"));
+    let of = |wanted: &str| -> Vec<&Value> {
+        seen.iter().filter(|(name, _)| name == wanted).map(|(_, data)| data).collect()
+    };
+    assert_eq!(of("facts")[0]["channels"], serde_json::json!(["thumb", "index"]));
+    let takes = of("take");
+    assert!(takes.len() == 2 && takes.iter().all(|take| take["kept"] == true), "{takes:?}");
+    let phases: Vec<&str> = of("phase").iter().map(|phase| phase["phase"].as_str().unwrap()).collect();
+    assert_eq!(phases, ["rest", "touch", "kept", "rest", "touch", "kept"]);
+    assert!(of("readings").len() > 5);
+    assert_eq!(of("end")[0]["why"], "complete");
+    served.ends(0);
 }
