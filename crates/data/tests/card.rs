@@ -4,7 +4,7 @@
 mod common;
 
 use common::{f32s, files, i64s, npy, npz};
-use taxel_data::{Layout, ReadOptions, check, check_with};
+use taxel_data::{Card, Layout, ReadOptions, check, check_with};
 use tempfile::tempdir;
 
 /// Eight samples `[2, 2]`; channel 1 is dead, row 5 copies row 1 under another label, row 6
@@ -192,4 +192,19 @@ fn a_card_says_how_often_a_channel_stands_still() {
     let arrays = [("x", f32s(&[4, 2, 2], &x)), ("y", i64s(&[4], &[0, 0, 1, 1]))];
     let card = check_with(&npz(folder.path(), &arrays), &ReadOptions::default()).unwrap();
     assert_eq!((card.channels[0].stuck, card.channels[1].stuck), (0.5, 0.0));
+}
+
+#[test]
+fn a_class_of_five_samples_is_enough_for_five_folds() {
+    let folder = tempdir().unwrap();
+    let card = |rows: u64, name: &str| {
+        let x: Vec<f32> = (0..4 * rows).map(|i| (i * 7 % 41) as f32).collect();
+        let y: Vec<i64> = (0..rows as i64).map(|i| i % 2).collect();
+        std::fs::create_dir(folder.path().join(name)).unwrap();
+        let arrays = [("x", f32s(&[rows, 2, 2], &x)), ("y", i64s(&[rows], &y))];
+        check_with(&npz(&folder.path().join(name), &arrays), &ReadOptions::default()).unwrap()
+    };
+    let is_few = |card: Card| card.warnings.iter().any(|warning| warning.contains("too few for 5 folds"));
+    assert!(!is_few(card(10, "five")));
+    assert!(is_few(card(8, "four")));
 }

@@ -61,6 +61,9 @@ fn a_batch_keeps_to_the_limits_and_has_no_empty_axis() {
     let limits = Limits { max_samples: 3, ..Limits::default() };
     let message = refused(&path, &ReadOptions { limits, ..ReadOptions::default() }, 2);
     assert!(message.starts_with("new.npy: ") && message.contains('3'), "{message}");
+    let limits = Limits { max_values: 24, max_samples: 4, ..Limits::default() };
+    let just = ReadOptions { limits, ..ReadOptions::default() };
+    assert_eq!(recordings(&path, &just, 2).unwrap().x.shape(), [4, 2, 3], "a limit allows as many");
     for shape in [[0, 2, 3], [4, 0, 3], [4, 2, 0]] {
         write(&shape);
         let message = refused(&path, &ReadOptions::default(), 2);
