@@ -92,9 +92,12 @@ mod tests {
     #[test]
     fn a_flag_has_one_meaning() {
         // A first look in every command, each with its own way to be short; a fault and its severity, tested or simulated; how
-        // many of what the command makes; a model, or a network of the zoo in its place.
-        let one_idea =
-            ["count", "model", "fault", "input", "output", "quick", "set", "severity", "margin", "weights"];
+        // many of what the command makes; a model, or a network of the zoo in its place; what a scene or a prediction is
+        // made of.
+        let one_idea = [
+            "count", "explain", "fault", "input", "model", "output", "quick", "set", "severity", "margin",
+            "weights",
+        ];
         let mut meanings: BTreeMap<String, Vec<(String, String)>> = BTreeMap::new();
         for (name, command) in all() {
             for argument in command.get_arguments().filter(|argument| !argument.is_hide_set()) {
