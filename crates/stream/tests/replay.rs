@@ -117,3 +117,36 @@ fn lines_of_a_file_without_stamps_take_the_rate_and_skipped_ones_their_time() {
     let came = replayed(&lines, &SampleSpec::new(Layout::Series, &[2, 2]), Some(10.0), Pace::Fast);
     assert_eq!((came.readings.len(), came.readings[1].1, came.tares), (2, Some(0.1), vec![1, 2]));
 }
+
+#[test]
+fn channels_that_nobody_knows_come_with_their_names_and_with_what_was_skipped() {
+    let folder = tempfile::tempdir().unwrap();
+    let read = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).unwrap();
+        let (columns, channels) = LineColumns::any(None, None);
+        let spec = SampleSpec::new(Layout::Series, &[1, 1]);
+        let options = ReadOptions::default();
+        let settings = SourceSettings { spec, columns, pace: Pace::Fast, rate: None, options, as_is: false };
+        let stream = start(StreamSource::Path(path), settings, |_| {}).unwrap();
+        let mut came = vec![];
+        let how = loop {
+            match stream.next(Duration::from_secs(60)) {
+                Next::Reading(arrival) => came.push((arrival.values, arrival.stamp, arrival.skipped)),
+                Next::End(how) => break how,
+                other => panic!("{other:?}"),
+            }
+        };
+        (came, channels.names().map(<[String]>::to_vec), how.err().map(|e| e.to_string()))
+    };
+    let rows = vec![(vec![1.0, 2.0], Some(0.5), 0), (vec![3.0, 4.0], Some(0.6), 2)];
+    let names = Some(vec!["thumb".to_string(), "index".into()]);
+    let (came, found, _) = read("a.csv", "thumb,time_ms,id,index\n1,500,7,2\noops\n1,2\n3,600,8,4\n");
+    assert_eq!((came, found), (rows, names));
+    let (came, found, _) = read("b.jsonl", "{\"t\":0.5,\"thumb\":1,\"index\":2}\n");
+    assert_eq!((came.len(), found.map(|names| names.join(","))), (1, Some("thumb,index".into())));
+    let (came, found, _) = read("c.csv", "1,2,3\n4,5,6\n");
+    assert_eq!((came[1].0.clone(), found), (vec![4.0, 5.0, 6.0], Some(vec![])));
+    let (_, found, error) = read("d.csv", "");
+    assert!(found.is_none() && error.is_some_and(|why| why.contains("a line is a reading, as 0.5,1.5")));
+}
