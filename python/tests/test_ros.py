@@ -2,6 +2,7 @@
 
 import importlib
 import importlib.util
+import json
 import sys
 import xml.etree.ElementTree as xml
 from pathlib import Path
@@ -95,18 +96,26 @@ def test_fields_are_found_by_name(world):
         fields.numbers(joint, fields.path("effort[7]"))
 
 
-def test_joints_are_matched_by_name(world, tmp_path, grasps):
+@pytest.fixture
+def named(tmp_path, grasps):
+    """A model whose channels have names, and whose recordings had a rate."""
     data = tmp_path / "grasps.npz"
-    np.savez(data, x=grasps.x, y=grasps.y)
-    (tmp_path / "labels.json").write_text('{"layout": "series", "channels": ["a", "b", "c", "d", "e"]}')
+    classes, labels = np.unique(grasps.y, return_inverse=True)
+    np.savez(data, x=grasps.x, y=labels.astype("i8"))
+    facts = {"layout": "series", "channels": list("abcde"), "classes": classes.tolist(), "rate": 100.0}
+    (tmp_path / "labels.json").write_text(json.dumps(facts))
     fitted = taxel.Classifier("mlp", recipe={"epochs": 1}).fit(taxel.read(data))
     fitted.save(tmp_path / "named.safetensors")
+    return fitted
+
+
+def test_joints_are_matched_by_name(world, tmp_path, grasps, named):
     own = node(world, model=str(tmp_path / "named.safetensors"), topic="/joints", type="sensor_msgs/msg/JointState", field="effort")
     turned = [4, 2, 0, 1, 3]
     for reading in grasps.x[0].T:
         own.subscriptions["/joints"](ros.JointState(name=["abcde"[i] for i in turned], effort=[float(reading[i]) for i in turned]))
     probabilities = world.published["/taxel/probabilities"][-1].data
-    assert np.allclose(probabilities, fitted.predict_proba(grasps.x[:1])[0])
+    assert np.allclose(probabilities, named.predict_proba(grasps.x[:1])[0])
     own.subscriptions["/joints"](ros.JointState(name=list("abcdx"), effort=[0.0] * 5))
     told = status(own, world)
     assert told.level == ros.DiagnosticStatus.ERROR and "there is no 'e'" in told.message
@@ -147,6 +156,17 @@ def test_a_gap_begins_the_window_anew(world, model, grasps):
     send(80, 90, offset=1.0)
     assert len(world.published["/taxel/class"]) == 1
     assert {one.key: one.value for one in status(own, world).values}["gaps"] == "1"
+
+
+def test_another_rate_is_said(world, tmp_path, named):
+    own = node(world, model=str(tmp_path / "named.safetensors"), topic="/joints", type="sensor_msgs/msg/JointState", field="effort")
+    for i in range(40):
+        seconds = 10 + i / 50
+        told = ros.JointState(effort=[1.0] * 5)
+        told.header.stamp = ros.Time(sec=int(seconds), nanosec=int(1e9 * (seconds % 1)))
+        own.subscriptions["/joints"](told)
+    said = [text for kind, text in world.logged if kind == "warning"]
+    assert len(said) == 1 and "readings come at 50.0 Hz, the model has learned them at 100.0 Hz" in said[0]
 
 
 def test_values_have_units(world, tmp_path, grasps):

@@ -79,7 +79,7 @@ class TaxelNode(Node):
             full_scale=own["full_scale"] or None,
             tare=own["tare_steps"] or None,
         )
-        spec = self.stream.model.card.get("spec", {})
+        spec = self.stream.model.card["reading"]
         self.channels, self.rate = spec.get("channel_names") or [], spec.get("rate")
         self.out = self.create_publisher(String, "~/class", 10)
         self.shares = self.create_publisher(Float32MultiArray, "~/probabilities", 10)
