@@ -200,6 +200,13 @@ fn what_does_not_agree_with_the_set_is_refused() {
     assert_eq!(piped(at, &arguments, &format!("time_ms,index,thumb\n{swapped}")).0, 0);
     let first = fs::read_to_string(at.join("skin/cup/session-2/001.csv")).unwrap();
     assert!(first.starts_with("time,thumb,index\n"), "{first:.40}");
+    let most = |column: usize| {
+        let values =
+            first.lines().skip(1).map(|line| line.split(',').nth(column).unwrap().parse::<f32>().unwrap());
+        values.fold(0.0, f32::max)
+    };
+    // A press of the second channel is twice as strong.
+    assert!(most(1) < 200.0 && most(2) > 220.0, "{} {}", most(1), most(2));
     assert_eq!(before.len() + 2, files(&at.join("skin")).len());
     // A folder of somebody else stays as it is.
     fs::create_dir_all(at.join("other/cup")).unwrap();
