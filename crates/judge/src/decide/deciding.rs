@@ -3,16 +3,19 @@
 use taxel_base::thousands;
 
 use super::statistics::samples_to_decide;
-use crate::values::{Choice, Evidence, Judgement};
+use crate::values::{Choice, Evidence, Judgement, Test};
 
 /// Level of significance of one comparison, and the share of cases in which a loss that is there is to be found.
 const ALPHA: f64 = 0.05;
 const POWER: f64 = 0.8;
 
-/// Says with how many test samples, or groups where there are some, a loss of the margin would show for all of `open`; none where no
+/// Says with how many test samples, or groups where whole groups are tested, a loss of the margin would show for all of `open`; none where no
 /// interval says how much their differences vary.
 pub(super) fn deciding(choice: &Choice, judgement: &Judgement, open: &[&Evidence]) -> Option<String> {
+    // Where samples of one group are on both sides of a cut, it is samples that are drawn.
+    let by_group = choice.test == Test::GroupedPairs || judgement.results.protocol.keeps_groups();
     let groups = judgement.networks.iter().filter_map(|network| network.results.interval_groups).max();
+    let groups = groups.filter(|_| by_group);
     let (units, called) = match groups {
         Some(groups) => (groups, "groups"),
         None => (judgement.results.samples, "samples"),

@@ -10,7 +10,7 @@ use super::comparison::Comparison;
 use super::places::{places, right};
 use super::statistics::samples_to_decide;
 use crate::error::Result;
-use crate::values::{Primary, SideBySide, SideCosts};
+use crate::values::{Primary, SideBySide, SideCosts, Test};
 
 /// Level of significance, and the share of cases in which a difference that is there is to be found.
 const ALPHA: f64 = 0.05;
@@ -97,7 +97,9 @@ pub fn side_by_side(
     let tested: BTreeSet<usize> = pairs.iter().flat_map(|(a, _)| a.index.iter().copied()).collect();
     let group = |row: &usize| dataset.groups.as_ref().map(|groups| groups[*row]);
     let groups = tested.iter().filter_map(group).collect::<BTreeSet<u32>>().len();
-    let units = if groups > 0 { groups } else { tested.len() };
+    // Where samples of one group are on both sides of a cut, it is samples that are drawn.
+    let by_group = groups > 0 && (test == Test::GroupedPairs || protocol.keeps_groups());
+    let units = if by_group { groups } else { tested.len() };
     let is_open = effect.p.is_none_or(|p| p >= ALPHA);
     let needed = || samples_to_decide(units as u64, effect.size, effect.interval?, ALPHA, POWER);
     Ok(Some(SideBySide {
@@ -111,6 +113,7 @@ pub fn side_by_side(
         p: effect.p,
         test,
         deciding: if is_open { needed() } else { None },
+        deciding_groups: by_group,
         right: right(task, &pairs),
         places: places(task, &pairs),
         primary,

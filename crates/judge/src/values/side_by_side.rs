@@ -30,10 +30,12 @@ pub struct SideBySide {
     pub p: Option<f64>,
     /// The test that gave it.
     pub test: Test,
-    /// Samples, or groups where there are some, that would show a difference of this size in four of five cases; none where it is
+    /// Samples, or groups where whole groups are tested, that would show a difference of this size in four of five cases; none where it is
     /// shown already, and where there is none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub deciding: Option<u64>,
+    /// Whether these are groups.
+    pub deciding_groups: bool,
     /// Samples by who is right; none of values.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub right: Option<Right>,

@@ -66,7 +66,7 @@ fn verdict(found: &SideBySide) -> String {
     if found.p.is_some_and(|p| p < ALPHA) {
         return format!("{better} is better by {size}{p}.");
     }
-    let unit = if found.groups.is_some() { "groups" } else { "samples" };
+    let unit = if found.deciding_groups { "groups" } else { "samples" };
     let open = found.deciding.map_or(String::new(), |count| {
         format!(" A difference of this size would show with about {} {unit}.", thousands(rounded(count)))
     });
