@@ -90,18 +90,18 @@ impl Check {
             return;
         }
         if matches!(kind, "stage" | "map") && !self.checks.contains("float ordered(") {
-            self.checks += include_str!("c/check_ordered.c");
+            self.checks += include_str!("c/check/ordered.c");
         }
-        let sums = include_str!("c/check_conv.c");
+        let sums = include_str!("c/check/conv.c");
         let text = match kind {
-            "stage" => include_str!("c/check_stage.c").to_string(),
-            "map" => include_str!("c/check_map.c").to_string(),
-            "mean" => include_str!("c/check_mean.c").to_string(),
-            "add" => include_str!("c/check_add.c").to_string(),
+            "stage" => include_str!("c/check/stage.c").to_string(),
+            "map" => include_str!("c/check/map.c").to_string(),
+            "mean" => include_str!("c/check/mean.c").to_string(),
+            "add" => include_str!("c/check/add.c").to_string(),
             "conv" => {
                 let one = |what: &str| format!("conv_{what}(conv_now, conv_filter, sum, conv_addend)");
                 let all = "check_all_sums(layer, conv_filter, reach, has_addend);";
-                let sums = format!("{}{}", include_str!("c/check_whole.c"), sums.replace("@all@", all));
+                let sums = format!("{}{}", include_str!("c/check/whole.c"), sums.replace("@all@", all));
                 sums.replace("@byte@", &one("byte")).replace("@float@", &one("float"))
             }
             _ => {

@@ -47,12 +47,12 @@ impl Library<'_> {
         let check = Check::new(self, &body.layers);
         let guard = "/* What `taxel predict` computes: written by taxel, read by check.c. */\n";
         let test = self.filled(
-            include_str!("c/check.c"),
+            include_str!("c/check/main.c"),
             &size,
             &[
                 (
                     "@digest@",
-                    if check.calls.is_empty() { "" } else { include_str!("c/check_digest.c") }.into(),
+                    if check.calls.is_empty() { "" } else { include_str!("c/check/digest.c") }.into(),
                 ),
                 ("@check_samples@", self.answers.check()),
                 ("@checks@", check.checks.replace("@NAME@", &name.to_uppercase())),

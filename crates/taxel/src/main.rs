@@ -105,11 +105,11 @@ enum Command {
     #[cfg(feature = "lab")]
     Forward(commands::forward::Forward),
     #[cfg(feature = "lab")]
-    Schema(commands::schema::Schema),
+    Schema(commands::reference::schema::Schema),
     #[cfg(feature = "lab")]
-    Completions(commands::completions::Completions),
+    Completions(commands::reference::completions::Completions),
     #[cfg(feature = "lab")]
-    Man(commands::man::ManualPages),
+    Man(commands::reference::man::ManualPages),
 }
 
 /// Stack of the thread that runs a command, in bytes; that of the main thread is as small as `ulimit -s` makes it.

@@ -8,8 +8,6 @@ pub mod choose;
 #[cfg(feature = "lab")]
 pub mod compare;
 #[cfg(feature = "lab")]
-pub mod completions;
-#[cfg(feature = "lab")]
 pub mod cost;
 #[cfg(feature = "lab")]
 pub mod data;
@@ -28,20 +26,18 @@ pub mod init;
 pub mod inspect;
 #[cfg(feature = "lab")]
 mod judging;
-#[cfg(feature = "lab")]
-pub mod man;
 pub mod predict;
 #[cfg(feature = "lab")]
 pub mod quantize;
 pub mod record;
+#[cfg(feature = "lab")]
+pub mod reference;
 #[cfg(feature = "lab")]
 pub mod report;
 #[cfg(feature = "lab")]
 pub mod results;
 #[cfg(feature = "lab")]
 pub mod run;
-#[cfg(feature = "lab")]
-pub mod schema;
 #[cfg(feature = "lab")]
 pub mod shrink;
 #[cfg(feature = "lab")]
