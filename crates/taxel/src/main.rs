@@ -87,7 +87,7 @@ enum Command {
     #[cfg(feature = "lab")]
     Stress(commands::stress::Stress),
     Predict(Box<commands::predict::Predict>),
-    Stream(commands::stream::Stream),
+    Stream(Box<commands::stream::Stream>),
     Inspect(commands::inspect::Inspect),
     #[cfg(feature = "lab")]
     Quantize(commands::quantize::Quantize),
