@@ -145,16 +145,14 @@ impl LineColumns {
             matches!(name, Some(ColumnName::LeftOut(_)))
         };
         let others: Vec<usize> = (0..width).filter(|at| Some(*at) != time && !is_index(at)).collect();
-        let is_any = self.any.is_some() && !others.is_empty();
-        let values =
-            named.or_else(|| (is_any || others.len() == self.each).then(|| others.clone())).or_else(|| {
-                let channels = self.channels.as_ref().filter(|channels| !channels.is_empty())?;
-                let inner = self.each / channels.len();
-                let of = |channel: &usize| {
-                    (channel * inner..(channel + 1) * inner).map(|at| others.get(at).copied())
-                };
-                channels.iter().flat_map(of).collect()
-            });
+        let fits = if self.any.is_some() { !others.is_empty() } else { others.len() == self.each };
+        let values = named.or_else(|| fits.then(|| others.clone())).or_else(|| {
+            let channels = self.channels.as_ref().filter(|channels| !channels.is_empty())?;
+            let inner = self.each / channels.len();
+            let of =
+                |channel: &usize| (channel * inner..(channel + 1) * inner).map(|at| others.get(at).copied());
+            channels.iter().flat_map(of).collect()
+        });
         let refuse = || {
             if self.any.is_some() {
                 return Fault::Columns("it has no number beside the time stamp".into());

@@ -93,10 +93,10 @@ mod tests {
     fn a_flag_has_one_meaning() {
         // A first look in every command, each with its own way to be short; a fault and its severity, tested or simulated; how
         // many of what the command makes; a model, or a network of the zoo in its place; what a scene or a prediction is
-        // made of.
+        // made of; what is aimed at, in the data or on a board.
         let one_idea = [
             "count", "explain", "fault", "input", "model", "output", "quick", "set", "severity", "margin",
-            "weights",
+            "target", "weights",
         ];
         let mut meanings: BTreeMap<String, Vec<(String, String)>> = BTreeMap::new();
         for (name, command) in all() {
