@@ -68,13 +68,13 @@ def figures(taxel, folder, row):
     unknown = own.get("unknown") or {}
     answers = next(kept for kept in certainty["sets"] if kept["share"] == 0.9)
     early = next((kept for kept in certainty.get("early", []) if kept["confidence"] == 0.9), {})
-    network = next(entry for entry in judged["networks"] if entry["network"] == row)
-    clean, broken = network.get("sure") or {}, certainty.get("under_faults") or {}
+    network = next(entry for entry in judged["stress"]["networks"] if entry["network"] == row)
+    clean, broken = network["sure"] or {}, certainty.get("under_faults") or {}
     error = certainty["calibration_error"]
     score = next(entry for entry in results["networks"] if entry["network"] == row)
     return {
         "samples": certainty["fitted_on"]["samples"],
-        "accuracy": percent(score["metrics"]["accuracy"]["mean"] if "metrics" in score else None),
+        "accuracy": f"{score['mean']['accuracy']:.2f}",
         "ece_plain": percent(error["before"]), "ece": percent(error["after"]), "ece_floor": percent(error["floor"]),
         "auroc": percent(unknown.get("auroc")), "auroc_softmax": percent(unknown.get("auroc_softmax")),
         "refused": percent(unknown.get("refused")), "false_alarms": percent(unknown.get("false_alarms")),

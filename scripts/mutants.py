@@ -15,6 +15,7 @@ import json
 import os
 import pathlib
 import random
+import re
 import shutil
 import subprocess
 import sys
@@ -177,7 +178,8 @@ def main():
     alive = []
     for number, name in enumerate(names, 1):
         noticed = next((test for test in own + arguments.also if not passes(tests[test], programs, number, limits[test])), None)
-        told = name.replace(name.split(":")[1] + ": ", "")
+        # Lines move; the file and the expression say which.
+        told = re.sub(r":\d+: ", ": ", name, count=1)
         state = f"noticed by {noticed}" if noticed else ("explained" if told in explained else "ALIVE")
         print(f"{number:4} {state:40} {name}", flush=True)
         if not noticed and told not in explained:

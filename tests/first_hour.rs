@@ -7,31 +7,22 @@
 mod page;
 #[path = "support/person.rs"]
 mod person;
+#[path = "support/program.rs"]
+mod program;
 #[path = "support/sensor.rs"]
 mod sensor;
 
 use std::path::Path;
-use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use page::{Served, events, get};
 use person::Person;
+use program::taxel;
 use sensor::Sensor;
 
 /// Recordings of each label.
 const COUNT: usize = 6;
-
-fn taxel(folder: &Path, arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_taxel"));
-    command
-        .current_dir(folder)
-        .args(arguments)
-        .stdin(Stdio::null())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped());
-    command
-}
 
 /// Runs a command that has to do well; returns what it said.
 fn good(folder: &Path, arguments: &[&str]) -> String {

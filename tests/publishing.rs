@@ -1,4 +1,4 @@
-//! What a registry shows of each crate: addresses, licences, a page whose links lead somewhere from there.
+//! The page that a registry shows of each crate: addresses, licences, a page whose links lead somewhere from there.
 
 #![allow(clippy::unwrap_used)]
 

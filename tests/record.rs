@@ -7,6 +7,8 @@
 mod page;
 #[path = "support/person.rs"]
 mod person;
+#[path = "support/program.rs"]
+mod program;
 #[path = "support/sensor.rs"]
 mod sensor;
 
@@ -19,20 +21,10 @@ use std::time::{Duration, Instant};
 
 use page::{Served, events, get};
 use person::Person;
+use program::taxel;
 use sensor::{Sensor, press};
 use serde_json::Value;
 use taxel::data::Tare;
-
-fn taxel(folder: &Path, arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_taxel"));
-    command
-        .current_dir(folder)
-        .args(arguments)
-        .stdin(Stdio::null())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped());
-    command
-}
 
 /// Runs a command; returns its exit code, what it printed, and its messages.
 fn run(folder: &Path, arguments: &[&str]) -> (i32, String, String) {

@@ -68,6 +68,7 @@ pub use dataset::source::{Source, SourceKind};
 pub use dataset::target_steps::TargetSteps;
 pub use dataset::targets::{Quantity, Targets, Task, Values};
 pub use error::{Class, Error, Result};
+pub use formats::clock::interpolate;
 pub use formats::formats;
 pub use formats::table::column_kind::numbers_columns;
 pub use formats::table::column_name::ColumnName;

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use common::{Case, classes, z_score};
 use taxel_firmware::{Core, Library};
 
-/// What was measured, as the page prints it.
+/// The page of what was measured.
 const PAGE: &str = include_str!("../../../docs/benchmarks/2026-11-28-firmware.md");
 /// How far an estimate may be off: instructions, and flash above and below.
 const INSTRUCTIONS: f64 = 0.1;

@@ -80,30 +80,16 @@ pub fn synthetic(setting: &Setting, players: Vec<Player>) -> (Comparison, Judgem
             let truth: Vec<u32> = (0..setting.tested).flat_map(label).collect();
             let predicted = (0..setting.tested).flat_map(|row| (player.says)(part, row, &label(row)));
             let (repetition, fold) = if k_fold { (0, part) } else { (part, 0) };
-            FoldRecord {
-                key: FoldKey { network: player.name.into(), repetition, fold },
-                data: None,
-                facts: None,
-                network_digest: None,
-                model: None,
-                train_samples: setting.trained,
-                index: (start..start + setting.tested).collect(),
-                outcome: Outcome::Labels {
-                    probabilities: vec![1.0; setting.tested * outputs],
-                    predicted: predicted.collect(),
-                    truth,
-                    untrained: vec![],
-                    steps: None,
-                },
-                test_loss: 0.0,
-                diverged: false,
-                chosen: None,
-                best_epoch: None,
-                costs: None,
-                changes: vec![],
-                other_statistics: None,
-                epochs: vec![],
-            }
+            let key = FoldKey { network: player.name.into(), repetition, fold };
+            let outcome = Outcome::Labels {
+                probabilities: vec![1.0; setting.tested * outputs],
+                predicted: predicted.collect(),
+                truth,
+                untrained: vec![],
+                steps: None,
+            };
+            let index = (start..start + setting.tested).collect();
+            FoldRecord::of_predictions(key, setting.trained, index, outcome)
         };
         let records: Vec<FoldRecord> = (0..setting.parts).map(record).collect();
         judged.push(judge(&player, &records, &task(setting)));

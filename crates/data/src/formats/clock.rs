@@ -95,14 +95,13 @@ impl Timing {
     /// Interpolates `values` `[time, channels]` linearly at equal steps from the first stamp, and adds them to `out` as
     /// `[steps, channels]`.
     pub fn resample(&self, times: &[f64], values: &[f32], channels: usize, out: &mut Vec<f32>) {
-        let value =
-            |place: Interpolation, channel| place.value(|row: usize| values[row * channels + channel]);
-        self.places(times).for_each(|place| out.extend((0..channels).map(|channel| value(place, channel))));
+        interpolate(times, values, channels, self.times(times), out);
     }
 
-    fn places(&self, times: &[f64]) -> impl Iterator<Item = Interpolation> {
+    /// Returns the times of equal steps from the first stamp on.
+    fn times(&self, times: &[f64]) -> impl Iterator<Item = f64> + use<> {
         let (first, step) = (times[0], self.step);
-        places(times, (0..self.readings(times) as usize).map(move |i| first + i as f64 * step))
+        (0..self.readings(times) as usize).map(move |i| first + i as f64 * step)
     }
 }
 
@@ -122,6 +121,19 @@ impl Interpolation {
         let value = if self.share == 0.0 { a } else { a + (b - a) * self.share };
         value as f32
     }
+}
+
+/// Appends to `out` rows `[times, channels]`: linearly interpolated at rising `times` between the rows `values`
+/// `[stamps, channels]` at rising `stamps`, of which there is one at least. Beyond the ends a row is the nearest.
+pub fn interpolate(
+    stamps: &[f64],
+    values: &[f32],
+    channels: usize,
+    times: impl Iterator<Item = f64>,
+    out: &mut Vec<f32>,
+) {
+    let value = |place: Interpolation, channel| place.value(|row: usize| values[row * channels + channel]);
+    places(stamps, times).for_each(|place| out.extend((0..channels).map(|channel| value(place, channel))));
 }
 
 /// Finds the places of rising `times` among rising `stamps`, of which there is one at least.

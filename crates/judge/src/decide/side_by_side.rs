@@ -38,29 +38,8 @@ impl Side {
     ) -> Self {
         let key = FoldKey { network: name.into(), repetition: 0, fold: 0 };
         let index: Vec<usize> = (0..dataset.len()).collect();
-        Side { name: name.into(), records: vec![record(key, index, outcome, trained)], costs }
-    }
-}
-
-/// Returns a record with predictions and nothing else.
-fn record(key: FoldKey, index: Vec<usize>, outcome: Outcome, train_samples: usize) -> FoldRecord {
-    FoldRecord {
-        key,
-        data: None,
-        facts: None,
-        network_digest: None,
-        model: None,
-        train_samples,
-        index,
-        outcome,
-        test_loss: 0.0,
-        diverged: false,
-        chosen: None,
-        best_epoch: None,
-        costs: None,
-        changes: vec![],
-        other_statistics: None,
-        epochs: vec![],
+        let record = FoldRecord::of_predictions(key, trained, index, outcome);
+        Side { name: name.into(), records: vec![record], costs }
     }
 }
 
@@ -175,5 +154,5 @@ fn gathered(from: &BTreeMap<usize, (&FoldRecord, usize)>, common: &[usize], task
     };
     let trained = rows.first().map_or(0, |(record, _)| record.train_samples);
     let key = FoldKey { network: String::new(), repetition: 0, fold: 0 };
-    record(key, common.to_vec(), outcome, trained)
+    FoldRecord::of_predictions(key, trained, common.to_vec(), outcome)
 }

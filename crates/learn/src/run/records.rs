@@ -146,17 +146,29 @@ impl FoldRecord {
         outputs: Vec<f32>,
         test_loss: f64,
     ) -> Self {
+        let outcome =
+            Outcome::new(&dataset.targets, &fold.test, outputs).with_training(&dataset.targets, &fold.train);
         FoldRecord {
-            key: key.clone(),
             data: Some(dataset.digest.clone()),
             facts: Some(dataset.facts().digest()),
+            test_loss,
+            ..FoldRecord::of_predictions(key.clone(), fold.train.len(), fold.test.clone(), outcome)
+        }
+    }
+
+    /// Takes the predictions `outcome` for the samples at `index`, by a model that was trained on `train_samples`; nothing else is
+    /// known.
+    pub fn of_predictions(key: FoldKey, train_samples: usize, index: Vec<usize>, outcome: Outcome) -> Self {
+        FoldRecord {
+            key,
+            data: None,
+            facts: None,
             network_digest: None,
             model: None,
-            train_samples: fold.train.len(),
-            index: fold.test.clone(),
-            outcome: Outcome::new(&dataset.targets, &fold.test, outputs)
-                .with_training(&dataset.targets, &fold.train),
-            test_loss,
+            train_samples,
+            index,
+            outcome,
+            test_loss: 0.0,
             diverged: false,
             chosen: None,
             best_epoch: None,

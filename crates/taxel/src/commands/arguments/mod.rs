@@ -5,6 +5,7 @@ pub mod budget;
 #[cfg(feature = "lab")]
 pub mod bytes;
 pub mod certainty;
+pub mod lines;
 pub mod model_recordings;
 #[cfg(feature = "lab")]
 pub mod network;

@@ -18,13 +18,14 @@ use std::time::Duration;
 
 use clap::{Args, ValueEnum, ValueHint};
 use serde_json::json;
-use taxel::data::Clock;
-use taxel::stream::{LineColumns, Pace, SourceSettings, StreamSource, Time, start};
+use taxel::stream::{LineColumns, Pace, SourceSettings, StreamSource, start};
 use taxel::{Layout, ReadOptions, SampleSpec};
 
 use crate::CommandResult;
+#[cfg(feature = "serial")]
+use crate::commands::arguments::lines::PortOptions;
+use crate::commands::arguments::lines::StampOptions;
 use crate::commands::arguments::output_format::OutputFormat;
-use crate::commands::stream::clock;
 use crate::live::ServeOptions;
 use crate::terminal::interrupt::{INTERRUPTED, flag};
 use crate::terminal::messages::{note, warn};
@@ -78,14 +79,9 @@ pub struct Record {
     /// The file of lines to record from, as `taxel stream` reads them; - for standard input.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::Other)]
     input: Option<String>,
-    /// The serial port to read lines from.
     #[cfg(feature = "serial")]
-    #[arg(long, value_name = "PORT", conflicts_with = "input")]
-    serial: Option<String>,
-    /// Bits per second of the serial port.
-    #[cfg(feature = "serial")]
-    #[arg(long, default_value_t = 115_200, requires = "serial")]
-    baud: u32,
+    #[command(flatten)]
+    port: PortOptions,
     /// A class to record; as often as needed [default: those in the folder].
     #[arg(long = "label", value_name = "LABEL")]
     labels: Vec<String>,
@@ -122,12 +118,8 @@ pub struct Record {
     /// Time steps per second where there are no time stamps [default: measured].
     #[arg(long, value_name = "HZ")]
     rate: Option<f64>,
-    /// The column of time stamps: its number, from 1, or its name.
-    #[arg(long, value_name = "COLUMN")]
-    time: Option<Time>,
-    /// Unit of the time stamps: s, ms, us or ns [default: the end of the column's name, else s].
-    #[arg(long, value_name = "UNIT", value_parser = clock)]
-    clock: Option<Clock>,
+    #[command(flatten)]
+    stamps: StampOptions,
     /// The model that says after each recording what it takes it for.
     #[arg(long, value_name = "MODEL", value_hint = ValueHint::FilePath)]
     model: Option<PathBuf>,
@@ -154,7 +146,7 @@ impl Record {
         let with_keys = self.with_keys(&source)?;
         let mut set = RecordedSet::open(&self.output, self.session.as_deref())?;
         let labels = self.labels(&set)?;
-        let (columns, channels) = LineColumns::any(self.time.clone(), self.clock);
+        let (columns, channels) = LineColumns::any(self.stamps.time.clone(), self.stamps.clock);
         let settings = SourceSettings {
             spec: SampleSpec::new(Layout::Series, &[1, 1]),
             columns,
@@ -234,9 +226,9 @@ impl Record {
     /// Returns the source, its name in messages, and how readings come.
     fn source(&self) -> Result<(StreamSource, String, SourceKind), String> {
         #[cfg(feature = "serial")]
-        if let Some(port) = &self.serial {
+        if let Some(port) = &self.port.serial {
             return Ok((
-                StreamSource::Serial { port: port.clone(), baud: self.baud },
+                StreamSource::Serial { port: port.clone(), baud: self.port.baud },
                 port.clone(),
                 SourceKind::Port,
             ));

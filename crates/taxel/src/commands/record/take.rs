@@ -2,6 +2,7 @@
 
 use std::time::{Duration, Instant};
 
+use taxel::data::interpolate;
 use taxel::stream::Arrival;
 
 /// Largest distance of a time stamp from equal steps, as a share of a step, that is left as it is. Readers of recordings take 0.2
@@ -167,24 +168,10 @@ impl Take {
     fn evened(&self, missing: usize) -> Taken {
         let Schedule { rows, rate, .. } = self.schedule;
         let channels = self.values.len() / self.times.len();
-        let row = |at: usize| &self.values[at * channels..][..channels];
-        let mut taken =
-            Taken { times: vec![], values: Vec::with_capacity(rows * channels), missing, is_evened: true };
-        let mut after = 1;
-        for i in 0..rows {
-            let time = i as f64 / rate;
-            while after + 1 < self.times.len() && self.times[after] < time {
-                after += 1;
-            }
-            let (low, high) = (self.times[after - 1], self.times[after]);
-            let share = ((time - low) / (high - low)).clamp(0.0, 1.0);
-            let between = row(after - 1).iter().zip(row(after));
-            let value =
-                |(a, b): (&f32, &f32)| (f64::from(*a) + (f64::from(*b) - f64::from(*a)) * share) as f32;
-            taken.values.extend(between.map(value));
-            taken.times.push(time);
-        }
-        taken
+        let times: Vec<f64> = (0..rows).map(|i| i as f64 / rate).collect();
+        let mut values = Vec::with_capacity(rows * channels);
+        interpolate(&self.times, &self.values, channels, times.iter().copied(), &mut values);
+        Taken { times, values, missing, is_evened: true }
     }
 }
 

@@ -11,15 +11,18 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use clap::{Args, ValueEnum, ValueHint};
-use taxel::data::{Clock, Padding};
+use taxel::data::Padding;
 use taxel::stream::{
     Arrival, Decider, Event, LineColumns, Next, Pace, ReadingStream, SourceSettings, Stamps, StreamOptions,
-    StreamSource, Time, start,
+    StreamSource, start,
 };
 use taxel::{Card, Model, ReadOptions};
 
 use crate::CommandResult;
 use crate::commands::arguments::certainty::CertaintyOptions;
+#[cfg(feature = "serial")]
+use crate::commands::arguments::lines::PortOptions;
+use crate::commands::arguments::lines::StampOptions;
 use crate::commands::arguments::model_recordings::{attributes, resize};
 use crate::live::ServeOptions;
 use crate::terminal::interrupt::flag;
@@ -77,26 +80,17 @@ pub struct Stream {
     /// [default: lines from standard input].
     #[arg(long, value_name = "FILE")]
     input: Option<PathBuf>,
-    /// The serial port to read lines from.
     #[cfg(feature = "serial")]
-    #[arg(long, value_name = "PORT", conflicts_with = "input")]
-    serial: Option<String>,
-    /// Bits per second of the serial port.
-    #[cfg(feature = "serial")]
-    #[arg(long, default_value_t = 115_200, requires = "serial")]
-    baud: u32,
+    #[command(flatten)]
+    port: PortOptions,
     /// How fast a file is replayed: by its time stamps or --rate, or as fast as possible.
     #[arg(long, value_enum, default_value = "fast", requires = "input")]
     pace: Speed,
     /// Time steps per second where there are no time stamps [default: the model's].
     #[arg(long, value_name = "HZ")]
     rate: Option<f64>,
-    /// The column of time stamps: its number, from 1, or its name.
-    #[arg(long, value_name = "COLUMN")]
-    time: Option<Time>,
-    /// Unit of the time stamps: s, ms, us or ns [default: the end of the column's name, else s].
-    #[arg(long, value_name = "UNIT", value_parser = clock)]
-    clock: Option<Clock>,
+    #[command(flatten)]
+    stamps: StampOptions,
     /// Time steps from one window to the next [default: a quarter of a window].
     #[arg(long, value_name = "N")]
     hop: Option<usize>,
@@ -147,11 +141,6 @@ enum Speed {
 enum Filler {
     Zero,
     Edge,
-}
-
-/// Reads a unit of time.
-pub fn clock(name: &str) -> Result<Clock, String> {
-    Clock::named(name).ok_or_else(|| "a unit of time is s, ms, us or ns".into())
 }
 
 /// Why a stream ended.
@@ -273,8 +262,8 @@ impl Stream {
 
     fn source(&self) -> StreamSource {
         #[cfg(feature = "serial")]
-        if let Some(port) = &self.serial {
-            return StreamSource::Serial { port: port.clone(), baud: self.baud };
+        if let Some(port) = &self.port.serial {
+            return StreamSource::Serial { port: port.clone(), baud: self.port.baud };
         }
         self.input.clone().map_or(StreamSource::Input, StreamSource::Path)
     }
@@ -306,7 +295,7 @@ impl Stream {
             ..ReadOptions::default()
         };
         SourceSettings {
-            columns: LineColumns::new(&spec, self.time.clone(), self.clock),
+            columns: LineColumns::new(&spec, self.stamps.time.clone(), self.stamps.clock),
             pace: if self.pace == Speed::Rate { Pace::Rate } else { Pace::Fast },
             rate: self.rate,
             as_is: self.as_is,
