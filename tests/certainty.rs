@@ -287,6 +287,13 @@ fn a_stream_says_what_is_unknown_and_decides_early_only_if_that_is_worth_it() {
         card["early"].as_array().unwrap().iter().find(|record| record["confidence"] == 0.9).unwrap().clone();
     let early: Vec<&Value> = decisions.iter().filter(|line| line["seen"].as_f64().unwrap() < 1.0).collect();
     assert!(early.is_empty() || record["right"].as_f64().unwrap() > 0.8, "{record}");
+    // They are looked at in tenths, and as sure as it takes for that.
+    let least = record["least"].as_f64().unwrap();
+    assert!((0.9..=1.0).contains(&least), "{record}");
+    for line in &early {
+        let tenths = 10.0 * line["seen"].as_f64().unwrap();
+        assert!((tenths - tenths.round()).abs() < 1e-6 && highest(line) >= least - 1e-6, "{line}");
+    }
 }
 
 #[test]
@@ -323,7 +330,13 @@ fn a_run_without_some_classes_says_whether_its_gates_tell_them() {
     let ran = Ran::new();
     let (config, run) = (ran.path("c.toml"), ran.path("run"));
     let arguments = ["run", text(&config), "--set", "unknown.draws=2", "--resume", "--output", text(&run)];
+    let reported = || {
+        good(&["report", text(&run)]);
+        std::fs::read_to_string(run.join("tables/certainty.csv")).unwrap().contains("unknown_auroc")
+    };
+    assert!(!reported());
     good(&arguments);
+    assert!(reported(), "a report of before knows what was tried since");
     let scores: Value =
         serde_json::from_str(&std::fs::read_to_string(run.join("unknown.json")).unwrap()).unwrap();
     let rows: Vec<&str> =

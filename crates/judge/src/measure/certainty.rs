@@ -13,22 +13,28 @@ use crate::values::{RowCertainty, UnknownMeans};
 pub(super) fn certainty(case: &Case) -> Result<Vec<RowCertainty>> {
     let (levels, results) = (case.levels(), &case.results);
     let parts = HeldOutParts::of(&results.protocol);
-    let tried = case.folder.unknown()?.unwrap_or_default();
     let mut all = vec![];
     for name in case.compared() {
         let Some(held) = HeldOut::of_folds(case.records(name), &case.dataset) else { return Ok(vec![]) };
         let (digest, seed) = (&case.dataset.digest, results.seed);
         let fitted = Certainty::fit_with_reliability(&held, &levels, parts, digest, seed)?;
         let Some((certainty, reliability)) = fitted else { continue };
-        let scores = tried.iter().find(|row| row.network == name);
-        all.push(RowCertainty {
-            network: name.into(),
-            certainty,
-            reliability,
-            unknown: scores.and_then(means),
-        });
+        all.push(RowCertainty { network: name.into(), certainty, reliability, unknown: None });
     }
+    tried(case, &mut all)?;
     Ok(all)
+}
+
+/// Adds how well the gate of each row tells classes that it has not learned, as the run folder says now.
+///
+/// # Errors
+/// A damaged `unknown.json`.
+pub(super) fn tried(case: &Case, rows: &mut [RowCertainty]) -> Result<()> {
+    let tried = case.folder.unknown()?.unwrap_or_default();
+    for row in rows {
+        row.unknown = tried.iter().find(|scores| scores.network == row.network).and_then(means);
+    }
+    Ok(())
 }
 
 fn means(scores: &UnknownScores) -> Option<UnknownMeans> {

@@ -6,7 +6,7 @@ use taxel_learn::{
     Card, Environment, Epoch, FoldRecord, ModelKind, NetworkResults, Results, RunFolder, Timing,
 };
 
-use super::certainty::certainty;
+use super::certainty::{certainty, tried};
 use super::chance::chance;
 use super::early::{EarlyOptions, early};
 use super::eight_bits::changed;
@@ -206,6 +206,8 @@ impl Judgement {
                 network.results.interval_groups = row.interval_groups;
             }
         }
+        // Gates are tried by the run and not measured here; that may have been later.
+        read.iter_mut().try_for_each(|judgement| tried(case, &mut judgement.certainty))?;
         let is_of_run = |j: &Judgement| {
             let networks = j.networks.iter().map(|n| &n.results);
             networks.eq(&case.results.networks) && j.results.data_digest == case.results.data_digest

@@ -93,16 +93,19 @@ impl HeldOut {
     }
 
     /// Divides predictions of one part alone, by groups if there are some, so that what is fitted on one part can be tried on
-    /// another.
+    /// another. All are of one model.
     pub(super) fn divided(&self) -> Self {
         /// Parts of samples without groups.
         const PARTS: u32 = 5;
-        if self.each_part().len() != 1 || !self.places.is_empty() {
-            return self.clone();
-        }
+        let whole = self.each_part();
+        let Some(part) = whole.first().filter(|_| whole.len() == 1) else { return self.clone() };
         let by_group = self.groups.clone().filter(|groups| groups.iter().any(|group| *group != groups[0]));
         let parts = by_group.unwrap_or_else(|| (0..self.len() as u32).map(|row| row % PARTS).collect());
-        HeldOut { parts, ..self.clone() }
+        let places = self
+            .places
+            .get(part)
+            .map_or(BTreeMap::new(), |places| parts.iter().map(|part| (*part, places.clone())).collect());
+        HeldOut { parts, places, ..self.clone() }
     }
 
     /// Lists the parts.
@@ -146,4 +149,27 @@ pub(super) fn conformal_rank(n: usize, share: f64) -> usize {
 fn of_rows<T: Copy>(values: &[T], rows: &[usize], count: usize) -> Vec<T> {
     let each = values.len() / count.max(1);
     rows.iter().flat_map(|row| &values[row * each..(row + 1) * each]).copied().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_of_one_model_have_its_places() {
+        let held =
+            HeldOut { truth: vec![0; 6], parts: vec![3; 6], rows: (0..6).collect(), ..HeldOut::default() };
+        let place = Place { center: vec![1.0], within: vec![1.0], around: vec![1.0], means: vec![0.0] };
+        let of_network = HeldOut { places: [(3, vec![place.clone()])].into(), ..held.clone() };
+        let grouped = HeldOut { groups: Some(vec![7, 7, 8, 8, 8, 9]), ..of_network.clone() };
+        assert_eq!((held.divided().parts, held.divided().places.len()), (vec![0, 1, 2, 3, 4, 0], 0));
+        assert_eq!(grouped.divided().parts, [7, 7, 8, 8, 8, 9]);
+        for divided in [of_network.divided(), grouped.divided()] {
+            let places: BTreeSet<u32> = divided.places.keys().copied().collect();
+            assert_eq!(places, divided.each_part());
+            assert!(divided.places.values().all(|own| *own == [place.clone()]));
+        }
+        let two = HeldOut { parts: vec![0, 0, 0, 1, 1, 1], ..held };
+        assert_eq!(two.divided(), two);
+    }
 }
