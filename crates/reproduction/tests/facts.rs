@@ -178,7 +178,7 @@ fn matlab_s_defaults_can_be_tried() {
         let path = root().join("configs/palpation/palpation-003-fresh.toml");
         Experiment::load(&path, &Overrides { set, ..Overrides::default() }, &Registry::built_in()).unwrap()
     };
-    let [plain, matlab] = [load(vec![]), load(set)].map(|experiment| experiment.config().to_toml());
+    let [plain, matlab] = [load(vec![]), load(set)].map(|experiment| experiment.to_toml());
     assert!(matlab.contains("init = \"glorot\"") && matlab.contains("weight_decay = 0.0001"), "{matlab}");
     assert!(!plain.contains("glorot") && plain != matlab);
 }

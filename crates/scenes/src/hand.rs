@@ -50,7 +50,7 @@ const TRUTH: [&str; 5] = ["depth_mm", "contact_s", "hold_s", "shift_along_mm", "
 pub struct Hand {
     /// Sessions, at least 1. They take turns: sample i is of session `(i / 3) % sessions`.
     pub sessions: u32,
-    /// Time steps of a sample, 1 to 700: the last ones. 1 is a single reading in the hold.
+    /// Time steps of a sample, 1 to 700: the last ones. 1 is a single one in the hold.
     pub frames: usize,
     /// How much of an effect there is: `{ placement = 0.5 }` halves it, 0 leaves it out, 1 keeps it. Default 1 for every one.
     #[serde(skip_serializing_if = "Factors::is_empty")]

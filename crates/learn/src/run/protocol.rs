@@ -274,9 +274,10 @@ impl Protocol {
             Protocol::Official { .. } => "the data set's own split".into(),
             Protocol::Chronological { test, .. } => format!("the last {} of each group", percent(*test)),
             Protocol::Fresh { train, test, repetitions, per_class } => {
-                let few = match per_class.is_empty() {
-                    true => String::new(),
-                    false => format!(", few samples per {} of them", task.stratum()),
+                let few = if per_class.is_empty() {
+                    String::new()
+                } else {
+                    format!(", few samples per {} of them", task.stratum())
                 };
                 return format!(
                     "{repetitions} fresh worlds of {train} training{few} and {test} test recordings"
@@ -371,10 +372,10 @@ impl Protocol {
             }
             Protocol::Fresh { per_class, .. } => {
                 let whole = world(dataset, repetition)?;
-                match per_class.is_empty() {
-                    true => Ok(vec![whole]),
-                    false => few_of(&whole, per_class, dataset, seed, repetition),
+                if per_class.is_empty() {
+                    return Ok(vec![whole]);
                 }
+                few_of(&whole, per_class, dataset, seed, repetition)
             }
         }
     }
