@@ -169,7 +169,7 @@ mod tests {
         table.value(Measure::Accuracy, row).unwrap()
     }
 
-    /// Three claims say in their places that their own tables contradict or do not support them.
+    /// Checks three claims whose places say that their own tables contradict or do not support them.
     #[test]
     fn claims_that_their_own_tables_contradict_are_contradicted() {
         let papers = papers();
@@ -214,7 +214,7 @@ mod tests {
         assert!(says("head adds spread").ends_with(&format!("(F-test, p = {p:.2})")), "{p}");
     }
 
-    /// What the text calls "around a random guess" reaches as far as ResNet50's frozen row of Table 3.
+    /// Checks that "around a random guess" reaches as far as ResNet50's frozen row of Table 3.
     #[test]
     fn around_chance_is_what_table_3_prints() {
         let papers = papers();

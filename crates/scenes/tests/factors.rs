@@ -13,14 +13,14 @@ use taxel_scenes::{Scene, Settings, names};
 /// Few and small samples of a scene, all objects of a small subset.
 fn scene(name: &str, factors: Value, without: &[String]) -> taxel_scenes::Result<Scene> {
     let mut set = match name {
-        "palpation" => json!({ "subset": "in-bag", "frames": 12 }),
+        "palpation" => json!({ "subset": "in-bag", "frames": 5 }),
         "imprint" => json!({ "elements": 8 }),
         "gel" => json!({ "pixels": 24 }),
         "vision" => json!({ "pixels": 16 }),
         _ => json!({}),
     };
     set["factors"] = factors;
-    Settings::read(name, set)?.simulate(16, 3, without)
+    Settings::read(name, set)?.simulate(8, 3, without)
 }
 
 /// Effects that are there or not.
