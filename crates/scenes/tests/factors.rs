@@ -44,7 +44,7 @@ fn a_factor_reaches_from_no_effect_to_the_whole() {
         for effect in removable(name) {
             let at = |factor: f64| scene(name, json!({ (effect.as_str()): factor }), &[]);
             assert_eq!(at(1.0).unwrap(), plain, "{name}: all of {effect}");
-            let without = scene(name, json!({}), &[effect.clone()]).unwrap();
+            let without = scene(name, json!({}), std::slice::from_ref(&effect)).unwrap();
             assert_eq!(at(0.0).unwrap(), without, "{name}: nothing of {effect}");
             if SWITCHED.contains(&effect.as_str()) {
                 let error = at(0.5).unwrap_err().to_string();
