@@ -125,7 +125,8 @@ Made again by:
 
 Measured on simulated imprints and pictures of the same 30 objects, 840 samples, {args.size} × {args.size}, one split of
 25 % test, seed 0. taxel {environment['taxel']} at {commit(environment)}, {environment['cpu']}. The stitched network sees one
-stream at a time, the other is dark.
+stream at a time, the other is dark. Batch norms of the layers 18 to 139 keep ImageNet's statistics, in the parents too: both share the
+middle, so it cannot have the statistics of either's samples.
 """
     results = ROOT / "docs" / "results"
     (results / f"{NAME}.md").write_text(page)

@@ -103,7 +103,7 @@ fn keys(value: &Value, path: &str, found: &mut BTreeSet<String>) {
         Value::Object(table) => {
             for (key, below) in table {
                 found.insert(key.clone());
-                let named = ["look_alikes", "grid", "levels"].contains(&key.as_str());
+                let named = ["look_alikes", "grid", "levels", "factors"].contains(&key.as_str());
                 if !named {
                     keys(below, &format!("{path}.{key}"), found);
                 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use serde::Deserialize;
 use taxel::data::SourceKind;
 
-use crate::claims::{Claim, Contrast, Pooled, Verdict, with_q};
+use crate::claims::{CLAIMS, Claim, Contrast, Definition, Pooled, Verdict, with_q};
 use crate::error::{Error, Result};
 use crate::kept::{kind, merged, read, text};
 use crate::pages::{Pages, TITLES, cited, row};
@@ -76,6 +76,7 @@ fn page(pages: &Pages, all: &[Claim], why: &[Explanation]) -> Result<String> {
         lines.extend(of_paper.iter().flat_map(|claim| verdicts(claim)));
         lines.push(String::new());
     }
+    lines.extend(waiting(&claims));
     lines.extend(["## Run by run".into(), String::new()]);
     lines.push(row(&["claim", "run", "outcome", "effect"]));
     lines.push(row(&["---"; 4]));
@@ -125,6 +126,21 @@ fn head(claims: &[TestedClaim]) -> Vec<String> {
         lines.push(format!("- *{}*: {counts}", kind(of)));
     }
     lines.extend([String::new(), RULES.into(), String::new()]);
+    lines
+}
+
+/// Lists the claims that no kept run was asked about.
+fn waiting(claims: &[TestedClaim]) -> Vec<String> {
+    let is_asked = |known: &&Definition| claims.iter().any(|claim| claim.says == known.says);
+    let missing: Vec<&Definition> = CLAIMS.iter().filter(|known| !is_asked(known)).collect();
+    if missing.is_empty() {
+        return vec![];
+    }
+    let mut lines = vec!["## Not asked of a run yet".into(), String::new()];
+    lines.push(row(&["claim", "paper", "printed in"]));
+    lines.push(row(&["---"; 3]));
+    lines.extend(missing.iter().map(|known| row(&[known.says, cited(known.paper), known.place])));
+    lines.push(String::new());
     lines
 }
 

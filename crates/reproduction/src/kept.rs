@@ -156,6 +156,12 @@ pub(crate) fn merged(kept: Vec<Claim>, new: &[Claim], path: &Path) -> Result<Vec
         let reason = format!("no claim of the program reads `{}`; delete its rows", unknown.says);
         return Err(Error::file(path, reason));
     }
+    // Where a claim is printed is the program's to say, however long its results are kept.
+    for claim in &mut all {
+        if let Some(at) = place(claim) {
+            claim.place = CLAIMS[at].place.into();
+        }
+    }
     all.sort_by(|a, b| (place(a), &a.run).cmp(&(place(b), &b.run)));
     let is_tested = |claim: &Claim| claim.outcome() != Verdict::CannotBeTested;
     let mut tested = BTreeSet::new();
@@ -213,12 +219,14 @@ mod tests {
             claim(1, "b", &[], Some("a and b")),
             claim(1, "c", &[], Some("a")),
         ];
-        let new = vec![claim(0, "b", &[-4.0], None), claim(1, "b", &[], Some("a and b"))];
+        let mut new = vec![claim(0, "b", &[-4.0], None), claim(1, "b", &[], Some("a and b"))];
+        new[0].place = "somewhere else".into();
         let all = merged(kept, &new, Path::new("claims.csv")).unwrap();
         let said: Vec<(&str, String)> =
             all.iter().map(|claim| (claim.run.as_str(), claim.effect())).collect();
         let second = "2 points; nearest of 2".to_string();
         assert_eq!(said, [("b", "-4 points".into()), ("c", second), ("c", "the run lacks a".into())]);
+        assert!(all.iter().all(|kept| CLAIMS.iter().any(|known| known.place == kept.place)), "{all:?}");
         let unknown = Claim { says: "nobody says this".into(), ..claim(0, "b", &[1.0], None) };
         let error = merged(vec![unknown], &[], Path::new("claims.csv")).unwrap_err().to_string();
         assert!(error.starts_with("claims.csv: ") && error.contains("`nobody says this`"), "{error}");

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use crate::error::{Error, Result};
 use crate::markdown::{MarkdownTable, tables};
 use crate::pages::{Pages, TITLES, capital, read, row};
-use crate::printed::{Papers, Printed};
+use crate::printed::{AloneScore, Papers, Printed};
 
 /// Kinds of pages that a table names, with the head of their column.
 const HEADS: [(&str, &str); 5] = [
@@ -149,11 +149,30 @@ fn of_counts(pages: &Pages, table: &Printed, counts: &[u32]) -> Result<Vec<Strin
         let name = printed.row.as_deref().unwrap_or_default();
         let mut cells = vec![printed.is.clone()];
         for count in counts {
-            cells.push(shown(score(pages, page, &format!("{name}.n{count}"), "simulated", ACCURACY)?));
+            let own = score(pages, page, &format!("{name}.n{count}"), "simulated", ACCURACY)?;
+            let alone = printed.alone.as_ref().filter(|alone| alone.count == *count);
+            cells.push(shown(match (own, alone) {
+                (None, Some(alone)) => Some(alone_score(pages, alone)?),
+                (own, _) => own,
+            }));
         }
         lines.push(row(&cells));
     }
     Ok(lines)
+}
+
+/// Returns a score that stands alone on another page.
+///
+/// # Errors
+/// A page without it: `papers.toml` says that it is there.
+fn alone_score(pages: &Pages, alone: &AloneScore) -> Result<String> {
+    let path = pages.page(&alone.page);
+    let all = tables(&read(&path)?);
+    let found = all.iter().find_map(|table| {
+        let at = table.heads.iter().position(|head| *head == alone.column)?;
+        Some(table.row(&alone.row)?.get(at)?.rsplit("; ").next()?.to_string())
+    });
+    found.ok_or_else(|| Error::file(&path, format!("has no {} of {}", alone.column, alone.row)))
 }
 
 fn shown(score: Option<String>) -> String {

@@ -53,6 +53,22 @@ fn tables_of_the_papers_are_drawn_as_they_are_committed() {
 }
 
 #[test]
+fn a_score_that_stands_alone_on_another_page_has_to_be_there() {
+    let folder = copied();
+    let papers = fs::read_to_string(results().join("papers.md")).unwrap();
+    // The printed network was trained on two grasps of every object, and with other numbers on deformable objects alone.
+    let rows: Vec<&str> = papers.lines().filter(|line| line.starts_with("| TactNet3D |")).collect();
+    let alone =
+        |row: &str| row.starts_with("| TactNet3D | – | ") && !row.starts_with("| TactNet3D | – | – |");
+    assert_eq!((rows.len(), rows.iter().filter(|row| alone(row)).count()), (4, 3), "{rows:?}");
+    let page = folder.path().join("palpation-003-fig-7-8.md");
+    let text = fs::read_to_string(&page).unwrap().replace("| TactNet3D |", "| TactNet |");
+    fs::write(&page, text).unwrap();
+    let error = papers_page(&Pages::at(folder.path()).unwrap()).unwrap_err().to_string();
+    assert!(error.contains("palpation-003-fig-7-8.md") && error.contains("of TactNet3D"), "{error}");
+}
+
+#[test]
 fn a_page_of_another_kind_of_data_is_refused() {
     let folder = copied();
     let page = folder.path().join("hardness.md");

@@ -29,7 +29,7 @@ pub(crate) use parameters::explain;
 
 use crate::Layout;
 use crate::parameters::Parameter;
-use crate::world::{World, normal};
+use crate::world::{Factors, World, normal};
 use crate::{Error, Result, Scene};
 use ndarray::Array3;
 use parameters::*;
@@ -63,12 +63,21 @@ pub struct Fingertip {
     pub unseen: Option<f32>,
     /// Sessions, at least 1. They take turns: sample i is of session `(i / classes) % sessions`.
     pub sessions: u32,
+    /// How much of an effect there is: `{ placement = 0.5 }` halves it, 0 leaves it out, 1 keeps it. Default 1 for every one.
+    #[serde(skip_serializing_if = "Factors::is_empty")]
+    pub factors: Factors,
 }
 
 impl Default for Fingertip {
     /// Returns Kaewrakmuk and Srinonchat 2026's three levels, in ten sessions (which the paper does not report).
     fn default() -> Self {
-        Self { shore: vec![0.0, 10.0, 20.0], between: None, unseen: None, sessions: 10 }
+        Self {
+            shore: vec![0.0, 10.0, 20.0],
+            between: None,
+            unseen: None,
+            sessions: 10,
+            factors: Factors::new(),
+        }
     }
 }
 
@@ -129,7 +138,7 @@ impl Fingertip {
     /// [`Error::UnknownEffect`] for a name in `without` that is not a removable effect.
     pub fn simulate(&self, samples: usize, seed: u64, without: &[String]) -> Result<Scene> {
         self.check()?;
-        let world = World::new(NAME, samples, seed, without, &REMOVABLE)?;
+        let world = World::new(NAME, samples, seed, without, &self.factors, &REMOVABLE)?;
         let known = self.known(samples)?;
         let mut x = Array3::zeros((samples, FINGERS.len(), STEPS));
         let (mut y, mut group) = (Vec::new(), Vec::new());

@@ -40,12 +40,13 @@ use crate::parameters::rows;
 use crate::shapes::mesh::RayGrid;
 use crate::shapes::touch::{TRIES, touch};
 use crate::shapes::{MeshObject, by_class, in_turn, load};
-use crate::world::{World, columns, each_sample, normal};
+use crate::world::{Factors, Removable, World, columns, each_sample, normal};
 use crate::{Effect, Error, Layout, Result, Scene};
 
 /// Name of the scene.
 pub(crate) const NAME: &str = "gel";
-const REMOVABLE: [&str; 5] = ["depth", "membrane", "noise", "spin", "piece"];
+const REMOVABLE: Removable =
+    Removable { graded: &["depth", "noise", "spin", "piece"], switched: &["membrane"] };
 /// Objects are this large from corner to corner, in mm, as in `imprint`.
 const SIZE: f64 = 200.0;
 /// Places of the gel along the side of a pixel: yarns are finer than pixels may be.
@@ -63,6 +64,9 @@ pub struct Gel {
     pub pixels: usize,
     /// A folder of own meshes (OBJ, STL, OFF) in place of the objects: one sub-folder per class, or one file per class.
     pub meshes: Option<PathBuf>,
+    /// How much of an effect there is: `{ placement = 0.5 }` halves it, 0 leaves it out, 1 keeps it. Default 1 for every one.
+    #[serde(skip_serializing_if = "Factors::is_empty")]
+    pub factors: Factors,
 }
 
 /// The things that are pressed into the gel.
@@ -78,7 +82,7 @@ pub enum Touches {
 
 impl Default for Gel {
     fn default() -> Self {
-        Self { touches: Touches::Cloths, pixels: 64, meshes: None }
+        Self { touches: Touches::Cloths, pixels: 64, meshes: None, factors: Factors::new() }
     }
 }
 
@@ -122,7 +126,7 @@ impl Gel {
     /// `without` that is not a removable effect; [`Error::Mesh`] for a mesh that cannot be used.
     pub fn simulate(&self, samples: usize, seed: u64, without: &[String]) -> Result<Scene> {
         self.check()?;
-        let world = World::new(NAME, samples, seed, without, &REMOVABLE)?;
+        let world = World::new(NAME, samples, seed, without, &self.factors, &REMOVABLE)?;
         match self.touches {
             Touches::Objects => self.objects(&world, samples),
             Touches::Cloths => self.cloths(&world, samples),

@@ -31,7 +31,7 @@ mod recording;
 pub(crate) use parameters::explain;
 
 use crate::Layout;
-use crate::world::{World, columns};
+use crate::world::{Factors, World, columns};
 use crate::{Attributes, Error, Result, Scene};
 use ndarray::{Array2, Array4};
 use objects::{GraspedObject, OBJECTS};
@@ -44,7 +44,7 @@ use serde::{Deserialize, Serialize};
 pub(crate) const NAME: &str = "gripper";
 
 /// Settings of the scene.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Gripper {
@@ -52,12 +52,15 @@ pub struct Gripper {
     pub objects: Option<Vec<String>>,
     /// Sessions, at least 1. They take turns: sample i is of session `(i / objects) % sessions`.
     pub sessions: u32,
+    /// How much of an effect there is: `{ placement = 0.5 }` halves it, 0 leaves it out, 1 keeps it. Default 1 for every one.
+    #[serde(skip_serializing_if = "Factors::is_empty")]
+    pub factors: Factors,
 }
 
 impl Default for Gripper {
     /// Returns all objects in five sessions (which the paper does not report).
     fn default() -> Self {
-        Self { objects: None, sessions: 5 }
+        Self { objects: None, sessions: 5, factors: Factors::new() }
     }
 }
 
@@ -127,7 +130,7 @@ impl Gripper {
     /// a name in `without` that is not a removable effect.
     pub fn simulate(&self, samples: usize, seed: u64, without: &[String]) -> Result<Scene> {
         self.check()?;
-        let world = World::new(NAME, samples, seed, without, &REMOVABLE)?;
+        let world = World::new(NAME, samples, seed, without, &self.factors, &REMOVABLE)?;
         let objects = self.chosen()?;
         let shape = [2, BURST.get() as usize + 1, RECORDED.get() as usize];
         let mut x = vec![0.0; samples * shape.iter().product::<usize>()];

@@ -21,18 +21,18 @@
 
 mod parameters;
 
-use ndarray::{Array2, Array4, ArrayViewMut3};
+use ndarray::{Array2, Array4, ArrayViewMut3, Axis};
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
 
 use self::parameters::*;
 use crate::parameters::{Parameter, rows};
-use crate::world::{World, columns, each_sample, normal};
+use crate::world::{Factors, Removable, World, columns, each_sample, normal};
 use crate::{Effect, Error, Layout, Result, Scene};
 
 /// Name of the scene.
 pub(crate) const NAME: &str = "hand";
-const REMOVABLE: [&str; 4] = ["placement", "grip", "session", "noise"];
+const REMOVABLE: Removable = Removable { graded: &["placement", "grip", "session", "noise"], switched: &[] };
 const OBJECTS: [&str; 3] = ["box", "ball", "cylinder"];
 const ROWS: usize = 7;
 const COLUMNS: usize = 3;
@@ -44,18 +44,23 @@ const FULL_SCALE: f64 = 4095.0;
 const TRUTH: [&str; 5] = ["depth_mm", "contact_s", "hold_s", "shift_along_mm", "shift_across_mm"];
 
 /// Settings of the scene.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Hand {
     /// Sessions, at least 1. They take turns: sample i is of session `(i / 3) % sessions`.
     pub sessions: u32,
+    /// Time steps of a sample, 1 to 700: the last ones. 1 is a single one in the hold.
+    pub frames: usize,
+    /// How much of an effect there is: `{ placement = 0.5 }` halves it, 0 leaves it out, 1 keeps it. Default 1 for every one.
+    #[serde(skip_serializing_if = "Factors::is_empty")]
+    pub factors: Factors,
 }
 
 impl Default for Hand {
     /// Returns ten sessions, which the paper does not report.
     fn default() -> Self {
-        Self { sessions: 10 }
+        Self { sessions: 10, frames: FRAMES, factors: Factors::new() }
     }
 }
 
@@ -77,15 +82,17 @@ impl Hand {
     ///
     /// [`Error::Parameter`].
     pub fn check(&self) -> Result<()> {
-        match self.sessions {
-            0 => {
-                Err(Error::Parameter { name: "sessions", value: "0".into(), expected: "must be at least 1" })
+        let reject = |name, value: String, expected| Err(Error::Parameter { name, value, expected });
+        match (self.sessions, self.frames) {
+            (0, _) => reject("sessions", "0".into(), "must be at least 1"),
+            (_, 1..=FRAMES) => Ok(()),
+            (_, frames) => {
+                reject("frames", frames.to_string(), "must be 1 to 700, the last ones of a recording")
             }
-            _ => Ok(()),
         }
     }
 
-    /// Simulates grasps `[samples, 700 frames, 7 along the finger, 3 across]` in whole counts, 0..=4095, at 100 Hz.
+    /// Simulates grasps `[samples, frames, 7 along the finger, 3 across]` in whole counts, 0..=4095, at 100 Hz.
     ///
     /// Sample i is of object `i % 3`; groups are sessions. Truth: `depth_mm` of the hold, `contact_s`, `hold_s` (its
     /// begin), `shift_along_mm` and `shift_across_mm` of the contact.
@@ -96,9 +103,9 @@ impl Hand {
     /// `without` that is not a removable effect.
     pub fn simulate(&self, samples: usize, seed: u64, without: &[String]) -> Result<Scene> {
         self.check()?;
-        let world = World::new(NAME, samples, seed, without, &REMOVABLE)?;
+        let world = World::new(NAME, samples, seed, without, &self.factors, &REMOVABLE)?;
         let session = |i: usize| i / OBJECTS.len() % self.sessions as usize;
-        let mut x = Array4::zeros((samples, FRAMES, ROWS, COLUMNS));
+        let mut x = Array4::zeros((samples, self.frames, ROWS, COLUMNS));
         let truth = each_sample(&mut x, |i, recording| {
             let grasp = HandGrasp::draw(&world, i);
             record(&world, i, session(i), &grasp, recording);
@@ -170,8 +177,13 @@ fn record(world: &World, i: usize, session: usize, grasp: &HandGrasp, mut record
         electrode + world.unless("session", SESSION.get() * normal(&mut day), 0.0)
     });
     let mut noise = world.rng(&format!("{i}/noise"));
+    let frames = recording.len_of(Axis(0));
+    // Those before have noise too: the last ones are the same however many are kept.
+    for _ in 0..(FRAMES - frames) * ROWS * COLUMNS {
+        normal(&mut noise);
+    }
     for (frame, mut readings) in recording.outer_iter_mut().enumerate() {
-        let depth = grasp.depth_at(frame as f64 / RATE);
+        let depth = grasp.depth_at((FRAMES - frames + frame) as f64 / RATE);
         for ((row, column), reading) in readings.indexed_iter_mut() {
             let x = (row as f64 - 3.0) * ALONG.get() - grasp.shift[0];
             let y = (column as f64 - 1.0) * ACROSS.get() - grasp.shift[1];

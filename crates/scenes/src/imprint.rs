@@ -31,7 +31,7 @@ use crate::shapes::mesh::RayGrid;
 use crate::shapes::touch::{TRIES, touch};
 use crate::shapes::vector::Vector;
 use crate::shapes::{MeshObject, by_class, in_turn, load};
-use crate::world::each_sample;
+use crate::world::{Factors, Removable, World, each_sample};
 use crate::{Effect, Error, Result, Scene};
 use ndarray::{Array3, Array4, ArrayViewMut2};
 use rand::RngExt;
@@ -43,7 +43,7 @@ use taxel_base::seed::rng;
 pub(crate) const NAME: &str = "imprint";
 /// Lowest and highest camera, in degrees above the horizon.
 const ELEVATION: [f64; 2] = [-10.0, 50.0];
-const REMOVABLE: [&str; 1] = ["spin"];
+const REMOVABLE: Removable = Removable { graded: &["spin"], switched: &[] };
 
 /// Settings of the scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -62,11 +62,22 @@ pub struct Imprint {
     pub meshes: Option<PathBuf>,
     /// Pixels along a side of the picture that goes with each imprint; 0 for none.
     pub view: usize,
+    /// How much of an effect there is: `{ placement = 0.5 }` halves it, 0 leaves it out, 1 keeps it. Default 1 for every one.
+    #[serde(skip_serializing_if = "Factors::is_empty")]
+    pub factors: Factors,
 }
 
 impl Default for Imprint {
     fn default() -> Self {
-        Self { elements: 128, pitch_mm: None, depth_mm: 10.0, size_mm: 200.0, meshes: None, view: 0 }
+        Self {
+            elements: 128,
+            pitch_mm: None,
+            depth_mm: 10.0,
+            size_mm: 200.0,
+            meshes: None,
+            view: 0,
+            factors: Factors::new(),
+        }
     }
 }
 
@@ -125,21 +136,13 @@ impl Imprint {
     /// cannot be used.
     pub fn simulate(&self, samples: usize, seed: u64, without: &[String]) -> Result<Scene> {
         self.check()?;
-        if samples == 0 {
-            let expected = "must be at least 1";
-            return Err(Error::Parameter { name: "samples", value: "0".into(), expected });
-        }
-        if let Some(name) = without.iter().find(|name| !REMOVABLE.contains(&name.as_str())) {
-            let hint = taxel_base::names::hint(name, REMOVABLE.iter().copied());
-            return Err(Error::UnknownEffect { scene: NAME, name: name.clone(), hint });
-        }
+        let world = World::new(NAME, samples, seed, without, &self.factors, &REMOVABLE)?;
         let (class_names, objects) = load(self.meshes.as_deref(), self.size_mm)?;
         let by_class = by_class(class_names.len(), &objects);
         let object = |i: usize| in_turn(&by_class, i);
 
         let mut x = Array3::zeros((samples, self.elements, self.elements));
-        let spin = !without.iter().any(|name| name == "spin");
-        let press = |i, imprint: ArrayViewMut2<f32>| self.press(&objects[object(i)], seed, i, spin, imprint);
+        let press = |i, imprint: ArrayViewMut2<f32>| self.press(&objects[object(i)], &world, i, imprint);
         let probes: Vec<Probe> = each_sample(&mut x, press).into_iter().collect::<Result<_>>()?;
         let mut truth: Vec<(String, Vec<f32>)> = Vec::new();
         let mut add = |name: &str, value: &dyn Fn(&Probe) -> f64| {
@@ -183,13 +186,12 @@ impl Imprint {
     fn press(
         &self,
         object: &MeshObject,
-        seed: u64,
+        world: &World,
         sample: usize,
-        spin: bool,
         mut imprint: ArrayViewMut2<f32>,
     ) -> Result<Probe> {
-        let mut place = rng(seed, &format!("{NAME}/{sample}/point"));
-        let spin = if spin { TAU * rng(seed, &format!("{NAME}/{sample}/spin")).random::<f64>() } else { 0.0 };
+        let mut place = world.rng(&format!("{sample}/point"));
+        let spin = world.unless("spin", TAU * world.rng(&format!("{sample}/spin")).random::<f64>(), 0.0);
         let grid = RayGrid { side: self.elements, pitch: self.pitch() };
         let Some(touch) = touch(&object.mesh, &mut place, spin, grid, self.depth_mm) else {
             let reason = format!(
@@ -239,7 +241,7 @@ fn effect(name: &str, parameter: &str, value: String, unit: &str, source: &str, 
         unit: unit.into(),
         source: source.into(),
         why: why.into(),
-        removable: REMOVABLE.contains(&name),
+        removable: REMOVABLE.has(name),
     }
 }
 

@@ -1,7 +1,7 @@
 //! Simulated tactile worlds: labelled recordings with the physical truth behind them.
 //!
 //! A scene has the few parameters that a paper's claims depend on. Each belongs to a named effect,
-//! [`explain`] lists them with their sources, and `without` takes an effect out again. Numbers
+//! [`explain`] lists them with their sources, `without` takes an effect out again, and [`Factors`] keep a part of it. Numbers
 //! measured on a scene are measured on simulated data and never a paper's own.
 //!
 //! Every random number comes from [`taxel_base::seed`] under a purpose that names scene, sample and
@@ -41,6 +41,7 @@ pub use imprint::Imprint;
 pub use palpation::Palpation;
 pub use truth::quantity_of;
 pub use vision::Vision;
+pub use world::Factors;
 
 use ndarray::{Array2, ArrayD, Axis};
 use serde::{Deserialize, Deserializer, Serialize};
@@ -230,8 +231,8 @@ impl Settings {
     ///
     /// # Errors
     ///
-    /// [`Error::UnknownEffect`] for a name in `without` that is no removable effect of the scene,
-    /// [`Error::Parameter`] for impossible settings or zero samples, [`Error::Mesh`] for a mesh
+    /// [`Error::UnknownEffect`] for a name in `without` or the factors that is no removable effect of the scene,
+    /// [`Error::Parameter`] for impossible settings, a factor outside 0 to 1, or zero samples, [`Error::Mesh`] for a mesh
     /// that cannot be used.
     pub fn simulate(&self, samples: usize, seed: u64, without: &[String]) -> Result<Scene> {
         if samples > FEW {
@@ -240,6 +241,19 @@ impl Settings {
             refuse_more_than_memory(samples, one.x.len() + streams + one.truth.len())?;
         }
         self.simulated(samples, seed, without)
+    }
+
+    /// Returns how much of which effects there is, where it is not all.
+    pub fn factors(&self) -> &Factors {
+        match self {
+            Self::Fingertip(scene) => &scene.factors,
+            Self::Palpation(scene) => &scene.factors,
+            Self::Gripper(scene) => &scene.factors,
+            Self::Imprint(scene) => &scene.factors,
+            Self::Gel(scene) => &scene.factors,
+            Self::Hand(scene) => &scene.factors,
+            Self::Vision(scene) => &scene.factors,
+        }
     }
 
     fn simulated(&self, samples: usize, seed: u64, without: &[String]) -> Result<Scene> {

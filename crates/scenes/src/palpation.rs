@@ -30,7 +30,7 @@ mod surface;
 pub(crate) use parameters::explain;
 
 use crate::Layout;
-use crate::world::{World, columns, normal};
+use crate::world::{Factors, World, columns, normal};
 use crate::{Error, Result, Scene};
 use finger::Fingers;
 use ndarray::Array4;
@@ -77,7 +77,7 @@ pub enum Subset {
 }
 
 /// Settings of the scene.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Palpation {
@@ -89,12 +89,21 @@ pub struct Palpation {
     pub frames: Option<usize>,
     /// Sessions, at least 1. They take turns: sample i is of session `(i / classes) % sessions`.
     pub sessions: u32,
+    /// How much of an effect there is: `{ placement = 0.5 }` halves it, 0 leaves it out, 1 keeps it. Default 1 for every one.
+    #[serde(skip_serializing_if = "Factors::is_empty")]
+    pub factors: Factors,
 }
 
 impl Default for Palpation {
     /// Returns the scene of Pastor et al. 2019 in five sessions (which the paper does not report).
     fn default() -> Self {
-        Self { paper: Paper::Gripper, subset: Subset::All, frames: None, sessions: 5 }
+        Self {
+            paper: Paper::Gripper,
+            subset: Subset::All,
+            frames: None,
+            sessions: 5,
+            factors: Factors::new(),
+        }
     }
 }
 
@@ -163,7 +172,7 @@ impl Palpation {
     /// [`Error::UnknownEffect`] for a name in `without` that is not a removable effect.
     pub fn simulate(&self, samples: usize, seed: u64, without: &[String]) -> Result<Scene> {
         self.check()?;
-        let world = World::new(NAME, samples, seed, without, &REMOVABLE)?;
+        let world = World::new(NAME, samples, seed, without, &self.factors, &REMOVABLE)?;
         let (objects, frames) = (self.objects(), self.frames());
         let session = |i: usize| i / objects.len() % self.sessions as usize;
         let lab = Lab {

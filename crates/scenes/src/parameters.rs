@@ -5,6 +5,7 @@
 //! None here: each row names its own source.
 
 use crate::Effect;
+use crate::world::Removable;
 
 /// A row of the table that [`explain`](crate::explain) prints and the simulation computes with.
 pub(crate) struct Parameter {
@@ -49,7 +50,7 @@ macro_rules! parameters {
 pub(crate) use parameters;
 
 /// Returns the table as [`explain`](crate::explain) gives it.
-pub(crate) fn rows(table: &[Parameter], removable: &[&str]) -> Vec<Effect> {
+pub(crate) fn rows(table: &[Parameter], removable: &Removable) -> Vec<Effect> {
     let row = |p: &Parameter| Effect {
         name: p.effect.into(),
         parameter: p.name.into(),
@@ -57,7 +58,7 @@ pub(crate) fn rows(table: &[Parameter], removable: &[&str]) -> Vec<Effect> {
         unit: p.unit.into(),
         source: p.source.into(),
         why: p.why.into(),
-        removable: removable.contains(&p.effect),
+        removable: removable.has(p.effect),
     };
     table.iter().map(row).collect()
 }

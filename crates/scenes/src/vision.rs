@@ -31,12 +31,12 @@ use self::paint::{Appearance, picture};
 use self::parameters::{AMBIENT, AZIMUTH, ELEVATION, LAMP, ROLL, SHIFT, ZOOM};
 use crate::parameters::rows;
 use crate::shapes::{by_class, in_turn, load};
-use crate::world::{World, columns, each_sample};
+use crate::world::{Factors, Removable, World, columns, each_sample};
 use crate::{Effect, Error, Layout, Result, Scene};
 
 /// Name of the scene.
 pub(crate) const NAME: &str = "vision";
-const REMOVABLE: [&str; 4] = ["light", "texture", "background", "pose"];
+const REMOVABLE: Removable = Removable { graded: &[], switched: &["light", "texture", "background", "pose"] };
 /// Meshes are this large from corner to corner; pictures are scaled to it, so its value means nothing.
 const SIZE: f64 = 200.0;
 
@@ -51,6 +51,9 @@ pub struct Vision {
     pub classes: VisionClasses,
     /// A folder of own meshes (OBJ, STL, OFF): one sub-folder per class, or one file per class.
     pub meshes: Option<PathBuf>,
+    /// How much of an effect there is: `{ placement = 0.5 }` halves it, 0 leaves it out, 1 keeps it. Default 1 for every one.
+    #[serde(skip_serializing_if = "Factors::is_empty")]
+    pub factors: Factors,
 }
 
 /// The classes to tell apart.
@@ -66,7 +69,7 @@ pub enum VisionClasses {
 
 impl Default for Vision {
     fn default() -> Self {
-        Self { pixels: 64, classes: VisionClasses::Object, meshes: None }
+        Self { pixels: 64, classes: VisionClasses::Object, meshes: None, factors: Factors::new() }
     }
 }
 
@@ -97,7 +100,7 @@ impl Vision {
     /// `without` that is not a removable effect; [`Error::Mesh`] for a mesh that cannot be used.
     pub fn simulate(&self, samples: usize, seed: u64, without: &[String]) -> Result<Scene> {
         self.check()?;
-        let world = World::new(NAME, samples, seed, without, &REMOVABLE)?;
+        let world = World::new(NAME, samples, seed, without, &self.factors, &REMOVABLE)?;
         let (families, objects) = load(self.meshes.as_deref(), SIZE)?;
         let by_family = by_class(families.len(), &objects);
         let (class_names, count) = match self.classes {

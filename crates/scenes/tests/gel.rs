@@ -7,7 +7,7 @@ use taxel_scenes::{Gel, Scene, gel::Touches};
 
 fn touched(touches: Touches, samples: usize, without: &[&str]) -> Scene {
     let without: Vec<String> = without.iter().map(ToString::to_string).collect();
-    Gel { touches, pixels: 24, meshes: None }.simulate(samples, 3, &without).unwrap()
+    Gel { touches, pixels: 24, ..Gel::default() }.simulate(samples, 3, &without).unwrap()
 }
 
 fn picture(scene: &Scene, at: usize) -> Array3<f32> {

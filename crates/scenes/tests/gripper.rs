@@ -182,7 +182,8 @@ fn every_random_effect_is_another_in_every_grasp() {
 #[test]
 fn chosen_objects_have_the_levels_that_they_have() {
     let objects = ["tennis", "mask", "metal column", "rubber"].map(String::from).to_vec();
-    let scene = Gripper { objects: Some(objects), sessions: 2 }.simulate(8, 0, &[]).unwrap();
+    let scene =
+        Gripper { objects: Some(objects), sessions: 2, ..Gripper::default() }.simulate(8, 0, &[]).unwrap();
     let attributes = scene.attributes.unwrap();
     assert_eq!(attributes.class_names[0], ["elasticity-1", "elasticity-4", "elasticity-8", "elasticity-10"]);
     assert_eq!(attributes.class_names[1], ["hardness-1", "hardness-7", "hardness-8", "hardness-10"]);

@@ -88,7 +88,7 @@ fn before_contact_there_is_rest_and_the_hold_holds() {
 
 #[test]
 fn what_is_impossible_is_refused() {
-    let text = Hand { sessions: 0 }.simulate(1, 0, &[]).unwrap_err().to_string();
+    let text = Hand { sessions: 0, ..Hand::default() }.simulate(1, 0, &[]).unwrap_err().to_string();
     assert!(text.contains("sessions"), "{text}");
     let text = Hand::default().simulate(1, 0, &["gripp".into()]).unwrap_err().to_string();
     assert!(text.contains("grip"), "{text}");

@@ -22,7 +22,7 @@ fn thirty_objects_or_six_families() {
     assert_eq!((scene.class_names.len(), scene.class_names[0].as_str()), (30, "bird-1"));
     assert_eq!(scene.y, (0..60).map(|i| i % 30).collect::<Vec<u32>>());
     assert!(scene.x.iter().all(|value| (0.0..=1.0).contains(value)));
-    let families = Vision { pixels: 24, classes: VisionClasses::Family, meshes: None };
+    let families = Vision { pixels: 24, classes: VisionClasses::Family, ..Vision::default() };
     let scene = families.simulate(36, 3, &[]).unwrap();
     assert_eq!(scene.class_names, ["bird", "chair", "hand", "head", "plane", "quadruped"]);
     // The sixth bird is the first object again.

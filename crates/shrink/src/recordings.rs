@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 use taxel_data::{Dataset, Fold, Task};
 use taxel_judge::statistics::power_law;
 use taxel_judge::{Case, CurvePoint, LearningCurve, Primary};
-use taxel_learn::{FoldRecord, Progress, Protocol, shuffled};
+use taxel_learn::{FoldRecord, Progress, shuffled};
 use taxel_trainer::{Experiment, Variant};
 use taxel_zoo::Registry;
 
@@ -88,37 +88,29 @@ pub fn learning_curve(
 
 /// Returns the folds of a run that are used, divided again as it was divided.
 fn parts(case: &Case, network: &str) -> Result<Vec<(FoldRecord, Fold)>> {
-    let Protocol::FewSamples { .. } = case.results.protocol else {
-        let mut parts = vec![];
-        let (protocol, seed) = (&case.results.protocol, case.results.seed);
-        for record in case.records(network).take(MOST_FOLDS) {
-            let all = protocol.folds(&case.dataset, seed, record.key.repetition)?;
-            let same = |fold: &&Fold| fold.test == record.index;
-            let fold = all.get(record.key.fold).filter(same).cloned().ok_or_else(|| {
-                Error::file(
-                    case.folder.path(),
-                    format!("fold {} is of another split; run it again", record.key),
-                )
-            })?;
-            parts.push((record.clone(), fold));
-        }
-        let most = parts.iter().map(|(_, fold)| largest_class(&case.dataset, &fold.train)).min().unwrap_or(0);
-        if parts.is_empty() {
-            return Err(Error::value(
-                "network",
-                format!("{network:?}"),
-                "has no finished fold; resume the run",
-            ));
-        }
-        if most < LEAST {
-            let reason = format!(
-                "has {most} recordings of its largest class in a training part, and {LEAST} are needed"
-            );
-            return Err(Error::file(case.folder.path(), format!("a learning curve: {reason}")));
-        }
-        return Ok(parts);
-    };
-    Err(Error::file(case.folder.path(), "is a learning curve itself (protocol.kind = \"few-samples\")"))
+    if case.results.protocol.per_class().is_some() {
+        return Err(Error::file(case.folder.path(), "is a learning curve itself (protocol.per_class)"));
+    }
+    let mut parts = vec![];
+    let (protocol, seed) = (&case.results.protocol, case.results.seed);
+    for record in case.records(network).take(MOST_FOLDS) {
+        let all = protocol.folds(&case.dataset, seed, record.key.repetition)?;
+        let same = |fold: &&Fold| fold.test == record.index;
+        let fold = all.get(record.key.fold).filter(same).cloned().ok_or_else(|| {
+            Error::file(case.folder.path(), format!("fold {} is of another split; run it again", record.key))
+        })?;
+        parts.push((record.clone(), fold));
+    }
+    let most = parts.iter().map(|(_, fold)| largest_class(&case.dataset, &fold.train)).min().unwrap_or(0);
+    if parts.is_empty() {
+        return Err(Error::value("network", format!("{network:?}"), "has no finished fold; resume the run"));
+    }
+    if most < LEAST {
+        let reason =
+            format!("has {most} recordings of its largest class in a training part, and {LEAST} are needed");
+        return Err(Error::file(case.folder.path(), format!("a learning curve: {reason}")));
+    }
+    Ok(parts)
 }
 
 /// Returns the whole recordings, or sets of copies, of each class among rows: class, then rows by recording.

@@ -98,6 +98,9 @@ impl Experiment {
                 })?
             }
         };
+        for (effect, factor) in settings.factors() {
+            dataset.source.name += &format!(" with {factor} of {effect}");
+        }
         if let Some(names) = &origin.y {
             return self.with_truth(dataset, name, &truth, names);
         }

@@ -101,6 +101,23 @@ fn fresh_worlds_share_no_sample() {
     let dir = tempfile::tempdir().unwrap();
     let folder = go(&fresh, &dir.path().join("run"), &options(false, 1)).unwrap();
     assert_eq!(folder.results().unwrap().networks[0].folds.len(), 3);
+    // A learning curve: the smaller training sets lie inside the larger ones, and all are tested alike.
+    let curve = experiment(&["protocol.per_class=[1, 3]"]);
+    for repetition in 0..3 {
+        let folds = curve.config().protocol.folds(&dataset, 3, repetition).unwrap();
+        assert_eq!(folds.iter().map(|fold| fold.train.len()).collect::<Vec<_>>(), [3, 9]);
+        assert!(folds[0].train.iter().all(|row| folds[1].train.contains(row)));
+        let world = 18 * repetition..18 * repetition + 12;
+        assert!(folds[1].train.iter().all(|row| world.contains(row)));
+        assert!(folds.iter().all(|fold| fold.test == (world.end..world.end + 6).collect::<Vec<_>>()));
+    }
+    let folder = go(&curve, &dir.path().join("curve"), &options(false, 1)).unwrap();
+    let rows: Vec<(Option<usize>, usize)> =
+        folder.results().unwrap().networks.iter().map(|row| (row.per_class, row.folds.len())).collect();
+    assert_eq!(rows[..2], [(Some(1), 3), (Some(3), 3)]);
+    let error =
+        experiment(&["protocol.per_class=[1, 30]"]).config().protocol.folds(&dataset, 3, 0).unwrap_err();
+    assert!(error.to_string().contains("30"), "{error}");
     let path = long_recordings(dir.path());
     let of_path = text.replace("scene = \"fingertip\"", &format!("path = {path:?}"));
     let of_path =

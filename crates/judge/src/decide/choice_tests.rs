@@ -59,7 +59,7 @@ fn the_cheapest_that_is_not_worse_is_chosen() {
 #[test]
 fn fresh_worlds_are_compared_by_a_plain_paired_t() {
     let players = || vec![player("large", 10.0, LARGE), player("small", 1.0, SMALL)];
-    let fresh = Protocol::Fresh { train: 400, test: 100, repetitions: 5 };
+    let fresh = Protocol::Fresh { train: 400, test: 100, repetitions: 5, per_class: vec![] };
     let choice = chosen(&Setting { protocol: fresh, ..Setting::default() }, players(), &Criteria::default());
     assert_eq!(choice.test, Test::FreshWorlds);
     // scipy.stats.ttest_rel([95, 94, 95, 96, 95], [94, 94, 95, 95, 95]).confidence_interval(0.95), the other way round

@@ -101,6 +101,10 @@ pub enum Protocol {
         /// Worlds, 1 to 1000. Default 5.
         #[serde(default = "five")]
         repetitions: usize,
+        /// Makes a learning curve: training samples of each class, ascending, of those of the world, the smaller sets inside the
+        /// larger ones. Default none: all are trained on.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        per_class: Vec<usize>,
     },
     /// The cut that the data set's authors made.
     Official {
@@ -162,7 +166,7 @@ impl Protocol {
     /// Returns the number of worlds and of the training and test recordings of each; none for other protocols.
     pub fn worlds(&self) -> Option<(usize, [usize; 2])> {
         match self {
-            Protocol::Fresh { train, test, repetitions } => Some((*repetitions, [*train, *test])),
+            Protocol::Fresh { train, test, repetitions, .. } => Some((*repetitions, [*train, *test])),
             _ => None,
         }
     }
@@ -171,6 +175,7 @@ impl Protocol {
     pub fn per_class(&self) -> Option<&[usize]> {
         match self {
             Protocol::FewSamples { per_class, .. } => Some(per_class),
+            Protocol::Fresh { per_class, .. } if !per_class.is_empty() => Some(per_class),
             _ => None,
         }
     }
@@ -241,14 +246,12 @@ impl Protocol {
             }
             Protocol::FewSamples { test, per_class, .. } => {
                 share("test", *test)?;
-                let ascending = per_class.windows(2).all(|pair| pair[0] < pair[1]);
-                let positive = per_class.first().is_some_and(|least| *least > 0);
-                let reason = "must be ascending numbers from 1, such as [1, 2, 5, 10, 20]";
-                require(ascending && positive, "per_class", format!("{per_class:?}"), reason)
+                ascending(per_class)
             }
-            Protocol::Fresh { train, test, .. } => {
+            Protocol::Fresh { train, test, per_class, .. } => {
                 within("train", *train, 1, 10_000_000)?;
-                within("test", *test, 1, 10_000_000)
+                within("test", *test, 1, 10_000_000)?;
+                if per_class.is_empty() { Ok(()) } else { ascending(per_class) }
             }
             Protocol::Chronological { test, repetitions } => {
                 share("test", *test)?;
@@ -282,8 +285,15 @@ impl Protocol {
             Protocol::LeaveGroupOut { .. } => "leave one group out".into(),
             Protocol::Official { .. } => "the data set's own split".into(),
             Protocol::Chronological { test, .. } => format!("the last {} of each group", percent(*test)),
-            Protocol::Fresh { train, test, repetitions } => {
-                return format!("{repetitions} fresh worlds of {train} training and {test} test recordings");
+            Protocol::Fresh { train, test, repetitions, per_class } => {
+                let few = if per_class.is_empty() {
+                    String::new()
+                } else {
+                    format!(", few samples per {} of them", task.stratum())
+                };
+                return format!(
+                    "{repetitions} fresh worlds of {train} training{few} and {test} test recordings"
+                );
             }
         };
         if self.repetitions() > 1 {
@@ -362,12 +372,7 @@ impl Protocol {
             Protocol::FewSamples { split, test, per_class, .. } => {
                 let shares = Shares { test: *test, validation: 0.0 };
                 let whole = cut(dataset, *split, units, shares, seed, repetition)?;
-                let few = |&count: &usize| -> Result<Fold> {
-                    let train =
-                        few_per_class(&whole.train, y, count, seed, repetition, dataset.units.as_deref())?;
-                    Ok(Fold { train, ..whole.clone() })
-                };
-                per_class.iter().map(few).collect()
+                few_of(&whole, per_class, dataset, seed, repetition)
             }
             Protocol::Official { .. } => official(dataset).map(|fold| vec![fold]),
             Protocol::Chronological { test, .. } => {
@@ -377,7 +382,13 @@ impl Protocol {
                 refuse_torn_recordings(dataset, &fold)?;
                 Ok(vec![fold])
             }
-            Protocol::Fresh { .. } => world(dataset, repetition).map(|fold| vec![fold]),
+            Protocol::Fresh { per_class, .. } => {
+                let whole = world(dataset, repetition)?;
+                if per_class.is_empty() {
+                    return Ok(vec![whole]);
+                }
+                few_of(&whole, per_class, dataset, seed, repetition)
+            }
         }
     }
 }
@@ -385,6 +396,29 @@ impl Protocol {
 /// Names the row of a learning curve with `count` training samples per class.
 pub(crate) fn few_name(name: &str, count: usize) -> String {
     format!("{name}.n{count}")
+}
+
+fn ascending(per_class: &[usize]) -> Check {
+    let is_ascending = per_class.windows(2).all(|pair| pair[0] < pair[1]);
+    let is_positive = per_class.first().is_some_and(|least| *least > 0);
+    let reason = "must be ascending numbers from 1, such as [1, 2, 5, 10, 20]";
+    require(is_ascending && is_positive, "per_class", format!("{per_class:?}"), reason)
+}
+
+/// Makes the folds of a learning curve of one cut, one for each number of training samples of a class.
+fn few_of(
+    whole: &Fold,
+    per_class: &[usize],
+    dataset: &Dataset,
+    seed: u64,
+    repetition: u32,
+) -> Result<Vec<Fold>> {
+    let (y, units) = (&*dataset.strata(), dataset.units.as_deref());
+    let few = |&count: &usize| -> Result<Fold> {
+        let train = few_per_class(&whole.train, y, count, seed, repetition, units)?;
+        Ok(Fold { train, ..whole.clone() })
+    };
+    per_class.iter().map(few).collect()
 }
 
 /// Returns the groups that [`Protocol::inseparable`] insisted on.

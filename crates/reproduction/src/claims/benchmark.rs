@@ -1,6 +1,6 @@
 //! The networks that claims are tested on: of one run, or of several on the same samples.
 
-use taxel::learn::NetworkResults;
+use taxel::learn::{FoldKey, FoldRecord, NetworkResults};
 
 use taxel::judge::Case;
 use taxel::judge::statistics::{Look, looks};
@@ -46,6 +46,10 @@ pub(crate) struct Benchmark<'a> {
     pub entries: Vec<RunNetwork>,
     /// Networks that have not learned, with their accuracy on the training samples in percent.
     pub untrained: Vec<(RunNetwork, f64)>,
+    /// Accuracy of guessing, in percent.
+    pub chance: f64,
+    /// Seconds of training of each finished fold.
+    pub seconds: Vec<(FoldKey, f64)>,
     /// Look-alikes: classes by label.
     pub look_alikes: Vec<Vec<u32>>,
     /// Confidence of the intervals.
@@ -58,7 +62,7 @@ impl<'a> Benchmark<'a> {
     /// Returns the networks of one run.
     ///
     /// # Errors
-    /// A data set without samples.
+    /// A data set without samples; a finished fold whose times cannot be read.
     pub fn of(case: &Case, judgement: &'a Judgement, printed: &'a Papers) -> Result<Self> {
         let results = &judgement.results;
         let entry = |judged: &Judged| RunNetwork {
@@ -90,6 +94,8 @@ impl<'a> Benchmark<'a> {
             comparison,
             entries,
             untrained,
+            chance,
+            seconds: seconds(case)?,
             look_alikes: groups.map(|names| names.iter().filter_map(class).collect()).collect(),
             confidence: 0.95,
             printed,
@@ -99,6 +105,16 @@ impl<'a> Benchmark<'a> {
     /// Checks whether each repetition simulated a world of its own.
     pub fn is_fresh(&self) -> bool {
         self.judgement.results.protocol.worlds().is_some()
+    }
+
+    /// Returns the scene or data set, without what was left out of it.
+    pub fn scene(&self) -> &str {
+        self.judgement.results.source.name.split(' ').next().unwrap_or_default()
+    }
+
+    /// Returns how many seconds the training of a fold took; none where nobody measured.
+    pub fn train_seconds(&self, record: &FoldRecord) -> Option<f64> {
+        self.seconds.iter().find(|(key, _)| *key == record.key).map(|(_, seconds)| *seconds)
     }
 
     /// Lists what may be looked at: the run as it is, or of one on fresh worlds the first quarter, half and all, as far as
@@ -125,6 +141,8 @@ impl<'a> Benchmark<'a> {
             comparison: self.comparison.first_repetitions(look.repetitions),
             entries: self.entries.clone(),
             untrained: self.untrained.clone(),
+            chance: self.chance,
+            seconds: self.seconds.clone(),
             look_alikes: self.look_alikes.clone(),
             confidence: look.confidence,
             printed: self.printed,
@@ -190,6 +208,7 @@ impl<'a> Benchmark<'a> {
                 .extend(other.comparison.networks.into_iter().filter(|(name, _)| wanted(name)));
             first.entries.extend(new);
             first.untrained.extend(other.untrained);
+            first.seconds.extend(other.seconds);
         }
         joined
     }
@@ -224,6 +243,18 @@ impl<'a> Benchmark<'a> {
         counts.dedup();
         counts
     }
+}
+
+/// Reads how long the trainings of a run took.
+fn seconds(case: &Case) -> Result<Vec<(FoldKey, f64)>> {
+    let mut all = vec![];
+    for network in &case.results.networks {
+        for record in case.records(&network.network) {
+            let timing = case.folder.timing(&record.key)?;
+            all.extend(timing.map(|timing| (timing.key, timing.train_seconds)));
+        }
+    }
+    Ok(all)
 }
 
 /// Returns the mean accuracy on the training samples in the last epoch, in percent; none of a baseline.

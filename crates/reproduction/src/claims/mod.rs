@@ -8,16 +8,23 @@ mod palpation;
 mod papers;
 mod pooled;
 mod questions;
+mod sensors;
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests;
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests_of_tables;
+mod times;
 mod transfer;
 mod verdict;
 
 use benchmark::Benchmark;
 pub use claim::Claim;
 pub use contrast::Contrast;
-pub(crate) use papers::{CLAIMS, STITCHED};
+#[cfg(test)]
+pub(crate) use papers::AROUND_CHANCE;
+pub(crate) use papers::{CLAIMS, Definition, STITCHED};
 pub(crate) use pooled::{Pooled, with_q};
 pub use verdict::Verdict;
 
@@ -26,7 +33,6 @@ use taxel::judge::Judgement;
 use taxel::judge::Result;
 
 use crate::printed::Papers;
-use papers::Definition;
 
 /// Tests every claim of the five papers on every run, in the order of the papers. Runs on the same samples, divided
 /// alike, are one: Kaewrakmuk and Srinonchat 2026's tables share their networks so.

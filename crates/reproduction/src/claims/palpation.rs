@@ -95,6 +95,24 @@ pub(super) fn few_beat_many(run: &Benchmark, few: &[usize], many: &[usize]) -> R
     })
 }
 
+/// Tests that TactNet3D and every 2D network recognise more than `least` % after training on `count` grasps of each object.
+pub(super) fn both_do_well(run: &Benchmark, count: usize, least: f64) -> Result<Finding> {
+    let (Some(three), two) = (three(run.with(count)), two(run.with(count))) else {
+        return Ok(lacks(format!("{BOTH} trained on {count} samples per class")));
+    };
+    let networks: Vec<&RunNetwork> = std::iter::once(three).chain(two).collect();
+    if networks.len() < 2 {
+        return Ok(lacks(format!("a 2D network trained on {count} samples per class")));
+    }
+    let mut found = vec![];
+    for network in &networks {
+        let text = format!("accuracy of {}, %", network.name);
+        let of = |predicted: &[Predicted]| Some(predicted[0].accuracy(None));
+        found.extend(run.contrast(text, &[&network.name], &of, networks.len())?);
+    }
+    Ok(against_all(least, found))
+}
+
 /// Tests that the share of mistakes that stay inside a group of look-alikes is larger for TactNet3D; with `count`
 /// samples per class where there is a learning curve, as in the paper's figures.
 pub(super) fn within_look_alikes(run: &Benchmark, count: usize) -> Result<Finding> {

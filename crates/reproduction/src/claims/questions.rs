@@ -12,46 +12,77 @@ use taxel::judge::{Effect, Predicted};
 
 /// Tests that `one` is better than each of `others`.
 pub(super) fn beats(run: &Benchmark, one: &str, others: &[&str], measure: Measure) -> Result<Finding> {
-    let (what, attribute) = match measure {
-        Measure::Accuracy => ("accuracy", None),
-        Measure::Attribute(name) => ("accuracy", Some(name)),
-        Measure::WorstPrecision(name) => ("precision of the worst level", Some(name)),
-    };
+    beat(run, &[one], others, measure)
+}
+
+/// Tests that each of `ones` is better than each of `others`.
+pub(super) fn beat(run: &Benchmark, ones: &[&str], others: &[&str], measure: Measure) -> Result<Finding> {
+    let (what, attribute) = (measure.words(), measure.attribute());
     let attributes = &run.judgement.results.task.attributes();
     let at = attribute.map(|name| attributes.iter().position(|known| known.name == name));
     if let (Some(None), Some(name)) = (at, attribute) {
         return Ok(lacks(format!("the attribute {name}")));
     }
     let at = at.flatten();
-    let absent = run.absent(&[&[one], others].concat());
-    let Some(entry) = run.find(one).filter(|_| absent.is_empty()) else {
+    let absent = run.absent(&[ones, others].concat());
+    if !absent.is_empty() {
         return Ok(lacks(absent.join(", ")));
-    };
+    }
     let levels = at.map_or(0, |at| attributes[at].classes.len());
     let value = |predictions: Predicted| match measure {
-        Measure::WorstPrecision(_) => worst_precision(predictions, at.unwrap_or(0), levels),
-        _ => Some(predictions.accuracy(at)),
+        Measure::Accuracy | Measure::Attribute(_) => Some(predictions.accuracy(at)),
+        _ => measure.of_levels(&of_levels(predictions, at.unwrap_or(0), levels)),
     };
     let difference = |both: &[Predicted]| Some(value(both[0])? - value(both[1])?);
     let others: Vec<&RunNetwork> = others.iter().filter_map(|name| run.find(name)).collect();
     let of = attribute.map_or(String::new(), |name| format!(" of {name}"));
     let words = |pair: &str| format!("{what}{of}: {pair}, points");
     let mut contrasts = vec![];
-    for other in &others {
-        let found = effects(run, entry, &[*other], &difference, others.len(), words)?;
-        let gap = run.printed.gap(measure, one, &other.results().zoo);
-        contrasts.extend(found.into_iter().map(|found| Contrast { margin: gap.or(found.margin), ..found }));
+    for one in ones {
+        let Some(entry) = run.find(one) else { continue };
+        for other in &others {
+            let found = effects(run, entry, &[*other], &difference, ones.len() * others.len(), words)?;
+            let gap = run.printed.gap(measure, one, &other.results().zoo);
+            contrasts
+                .extend(found.into_iter().map(|found| Contrast { margin: gap.or(found.margin), ..found }));
+        }
     }
     Ok(against_all(0.0, contrasts))
 }
 
-/// Returns the precision of the worst level that occurs, in %.
-fn worst_precision(predictions: Predicted, attribute: usize, levels: usize) -> Option<f64> {
+/// Returns precision, recall and F1 of each level that occurs, in %.
+fn of_levels(predictions: Predicted, attribute: usize, levels: usize) -> Vec<[f64; 3]> {
     let (truth, predicted): (Vec<u32>, Vec<u32>) =
         predictions.each().map(|(truth, predicted)| (truth[attribute], predicted[attribute])).unzip();
-    let classes = Confusion::new(&truth, &predicted, levels).ok()?.per_class();
-    let precisions = classes.iter().filter(|class| class.support > 0).map(|class| class.precision);
-    precisions.min_by(f64::total_cmp).map(|worst| 100.0 * worst)
+    let classes =
+        Confusion::new(&truth, &predicted, levels).map_or(vec![], |confusion| confusion.per_class());
+    let occurring = classes.iter().filter(|class| class.support > 0);
+    occurring.map(|class| [class.precision, class.recall, class.f1].map(|share| 100.0 * share)).collect()
+}
+
+/// Tests that more than `least` % of the samples of a class are recognised by each network.
+pub(super) fn recognised(run: &Benchmark, zoos: &[&str], class: &str, least: f64) -> Result<Finding> {
+    let classes = &run.judgement.results.task.output_names();
+    let absent = run.absent(zoos);
+    if !absent.is_empty() {
+        return Ok(lacks(absent.join(", ")));
+    }
+    let Some(label) = classes.iter().position(|known| known == class) else {
+        return Ok(lacks(format!("the class {class}")));
+    };
+    let share = |predictions: &[Predicted]| {
+        let of_class = predictions[0].each().filter(|(truth, _)| truth[0] as usize == label);
+        let (all, right) = of_class.fold((0, 0), |(all, right), (truth, predicted)| {
+            (all + 1, right + u32::from(truth[0] == predicted[0]))
+        });
+        (all > 0).then(|| 100.0 * f64::from(right) / f64::from(all))
+    };
+    let mut contrasts = vec![];
+    for entry in zoos.iter().filter_map(|zoo| run.find(zoo)) {
+        let text = format!("{class} recognised by {}, %", entry.name);
+        contrasts.extend(run.contrast(text, &[&entry.name], &share, zoos.len())?);
+    }
+    Ok(against_all(least, contrasts))
 }
 
 /// Tests that the first of `ones` that the run has is less than `margin` points worse than each of `others`.
@@ -122,23 +153,24 @@ fn of_ratio(ratio: SpreadRatio) -> Effect {
     Effect { size: percent(ratio.ratio), interval: Some(ratio.interval.map(percent)), p: None, error: None }
 }
 
-/// Tests that `one` varies more over the folds than `other`.
-pub(super) fn larger_spread(run: &Benchmark, one: &str, other: &str) -> Result<Finding> {
-    let absent = run.absent(&[one, other]);
+/// Tests that the first of each pair varies more over the folds than the second.
+pub(super) fn larger_spreads(run: &Benchmark, pairs: &[[&str; 2]]) -> Result<Finding> {
+    let mut names: Vec<&str> = vec![];
+    for name in pairs.as_flattened() {
+        if !names.contains(name) {
+            names.push(name);
+        }
+    }
+    let absent = run.absent(&names);
     if !absent.is_empty() {
         return Ok(lacks(absent.join(", ")));
     }
-    let contrast = spread(run, one, other, 1)?;
-    Ok(contrast.map_or_else(|| lacks("folds that differ"), |contrast| against_all(0.0, vec![contrast])))
+    let found = pairs.iter().map(|[one, other]| spread(run, one, other, pairs.len()));
+    let known: Vec<Contrast> = found.collect::<Result<Vec<_>>>()?.into_iter().flatten().collect();
+    Ok(if known.len() < pairs.len() { lacks("folds that differ") } else { against_all(0.0, known) })
 }
 
 /// Tests that `one` varies less over the folds than each of `others`.
 pub(super) fn smallest_spread(run: &Benchmark, one: &str, others: &[&str]) -> Result<Finding> {
-    let absent = run.absent(&[&[one], others].concat());
-    if !absent.is_empty() {
-        return Ok(lacks(absent.join(", ")));
-    }
-    let found = others.iter().map(|other| spread(run, other, one, others.len()));
-    let known: Vec<Contrast> = found.collect::<Result<Vec<_>>>()?.into_iter().flatten().collect();
-    Ok(if known.len() < others.len() { lacks("folds that differ") } else { against_all(0.0, known) })
+    larger_spreads(run, &others.iter().map(|other| [*other, one]).collect::<Vec<_>>())
 }

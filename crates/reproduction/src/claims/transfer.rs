@@ -2,12 +2,11 @@
 
 use super::benchmark::{Benchmark, RunNetwork};
 use super::contrast::Contrast;
-use super::finding::{Finding, accuracy, against_all, effects, lacks, not_worse};
-use taxel::judge::Effect;
-use taxel::judge::Result;
-use taxel::judge::statistics::{independent, ranks};
+use super::finding::{Finding, accuracy, against_all, between_runs, effects, lacks, not_worse};
+use taxel::judge::statistics::ranks;
+use taxel::judge::{Predicted, Result};
 use taxel::learn::FoldRecord;
-use taxel::learn::metrics::{mean_sd, t_quantile};
+use taxel::learn::metrics::mean_sd;
 use taxel::zoo::{Settings, find, matlab};
 
 /// Tests that `one`, tuned from a checkpoint, is less than `margin` points worse than `other`.
@@ -21,13 +20,7 @@ pub(super) fn tuned_close(run: &Benchmark, one: &str, other: &str, margin: f64) 
 /// Compares every network that the run both tunes and trains with all but its classifier frozen: by name of
 /// MobileNetV2's body, or no convolution of it having changed.
 pub(super) fn tuned_beats_frozen(run: &Benchmark) -> Result<Finding> {
-    let is_unchanged = |e: &RunNetwork| {
-        let changes = &e.judged.results.changes;
-        !changes.is_empty() && changes.iter().all(|layer| layer.change == 0.0)
-    };
-    let named = |e: &RunNetwork| e.frozen.iter().any(|part| part == "features");
-    let is_frozen = |e: &&RunNetwork| e.checkpoint && !e.frozen.is_empty() && (named(e) || is_unchanged(e));
-    let frozen: Vec<&RunNetwork> = run.full().filter(is_frozen).collect();
+    let frozen: Vec<&RunNetwork> = run.full().filter(|entry| is_body_frozen(entry)).collect();
     let (count, mut found) = (frozen.len(), vec![]);
     for one in frozen {
         let tuned =
@@ -43,6 +36,88 @@ pub(super) fn tuned_beats_frozen(run: &Benchmark) -> Result<Finding> {
     }
 }
 
+/// Checks whether a network started from a checkpoint and kept all but its classifier.
+pub(super) fn is_body_frozen(entry: &RunNetwork) -> bool {
+    let changes = &entry.judged.results.changes;
+    let is_unchanged = !changes.is_empty() && changes.iter().all(|layer| layer.change == 0.0);
+    let is_named = entry.frozen.iter().any(|part| part == "features");
+    entry.checkpoint && !entry.frozen.is_empty() && (is_named || is_unchanged)
+}
+
+/// Lists the networks that started from a checkpoint and were tuned as a whole.
+pub(super) fn all_tuned<'r>(run: &'r Benchmark) -> impl Iterator<Item = &'r RunNetwork> {
+    run.full().filter(|entry| entry.checkpoint && entry.frozen.is_empty() && !entry.judged.baseline)
+}
+
+/// Tests that `zoo`, tuned, is better than every other tuned network, and frozen than every other frozen one.
+pub(super) fn best_from_checkpoint(run: &Benchmark, zoo: &str) -> Result<Finding> {
+    let kinds: [Vec<&RunNetwork>; 2] =
+        [all_tuned(run).collect(), run.full().filter(|entry| is_body_frozen(entry)).collect()];
+    let is_own = |entry: &&RunNetwork| entry.results().zoo == zoo;
+    let (Some(_), true) = (kinds[0].iter().find(|e| is_own(e)), kinds[0].len() > 1) else {
+        return Ok(lacks(format!("{zoo} and another network, both tuned from a checkpoint")));
+    };
+    let mut found = vec![];
+    let count = kinds.iter().map(|kind| kind.iter().filter(|e| !is_own(e)).count()).sum();
+    for kind in &kinds {
+        let Some(own) = kind.iter().copied().find(is_own) else { continue };
+        let others: Vec<&RunNetwork> = kind.iter().copied().filter(|e| !is_own(e)).collect();
+        let words = |pair: &str| format!("accuracy: {pair}, points");
+        found.extend(effects(run, own, &others, &accuracy, count, words)?);
+    }
+    Ok(against_all(0.0, found))
+}
+
+/// Tests that tuning changes the convolutions of `zoo` less than those of every other network: the mean change over its
+/// layers, training by training. One training says nothing of another.
+pub(super) fn changes_least(run: &Benchmark, zoo: &str) -> Result<Finding> {
+    let with_changes: Vec<&RunNetwork> =
+        all_tuned(run).filter(|entry| !entry.judged.results.changes.is_empty()).collect();
+    let (own, others): (Vec<_>, Vec<_>) =
+        with_changes.into_iter().partition(|entry| entry.results().zoo == zoo);
+    let (Some(own), false) = (own.first(), others.is_empty()) else {
+        return Ok(lacks(format!("{zoo} and another network, both tuned from a checkpoint")));
+    };
+    if run.comparison.records(&own.name).len() < 2 {
+        return Ok(lacks(format!("a second training of {zoo}")));
+    }
+    let mean = |record: &FoldRecord| {
+        let changes: Vec<f64> = record.changes.iter().map(|layer| layer.change).collect();
+        (!changes.is_empty()).then(|| mean_sd(&changes).0)
+    };
+    let mut found = vec![];
+    for other in &others {
+        let more = |both: &[Predicted]| Some(mean(both[1].record())? - mean(both[0].record())?);
+        let text = format!("mean weight change: {} less {}", other.name, own.name);
+        let contrast = run.contrast(text, &[&own.name, &other.name], &more, others.len())?;
+        found.extend(contrast.map(|found| Contrast { margin: None, ..found }));
+    }
+    Ok(against_all(0.0, found))
+}
+
+/// Tests that freezing MobileNetV2's layers `range` costs less than freezing any of the `others`.
+pub(super) fn cheapest_to_freeze(run: &Benchmark, range: &str, others: &[&str]) -> Result<Finding> {
+    let zoo = "mobilenet-v2";
+    let find = |range: &str| {
+        let names = layers(zoo, range).ok()?;
+        run.full().find(|entry| is_frozen_at(entry, zoo, &names))
+    };
+    let missing: Vec<&str> =
+        std::iter::once(range).chain(others.iter().copied()).filter(|r| find(r).is_none()).collect();
+    let Some(own) = find(range).filter(|_| missing.is_empty()) else {
+        return Ok(lacks(format!("{zoo} from a checkpoint with {} frozen", missing.join(", "))));
+    };
+    let others: Vec<&RunNetwork> = others.iter().filter_map(|range| find(range)).collect();
+    let words = |pair: &str| format!("accuracy: {pair}, points");
+    Ok(against_all(0.0, effects(run, own, &others, &accuracy, others.len(), words)?))
+}
+
+fn is_frozen_at(entry: &RunNetwork, zoo: &str, names: &[String]) -> bool {
+    let mut frozen = entry.frozen.clone();
+    frozen.sort_unstable();
+    entry.results().zoo == zoo && entry.checkpoint && frozen == names
+}
+
 /// Tests that freezing MobileNetV2's layers `range`, by MATLAB's numbers, costs less than `margin` points against tuning
 /// everything. Runs record the names that the range stands for.
 pub(super) fn freezing_costs(run: &Benchmark, range: &str, margin: f64) -> Result<Finding> {
@@ -51,12 +126,8 @@ pub(super) fn freezing_costs(run: &Benchmark, range: &str, margin: f64) -> Resul
         Ok(names) => names,
         Err(reason) => return Ok(lacks(reason)),
     };
-    let is_frozen = |e: &&RunNetwork| {
-        let mut frozen = e.frozen.clone();
-        frozen.sort_unstable();
-        e.results().zoo == zoo && e.checkpoint && frozen == names
-    };
-    let (frozen, tuned) = (run.full().find(is_frozen), run.tuned(zoo));
+    let frozen = run.full().find(|entry| is_frozen_at(entry, zoo, &names));
+    let tuned = run.tuned(zoo);
     match (frozen, tuned) {
         (Some(frozen), Some(tuned)) => not_worse(run, frozen, &[tuned], margin),
         _ => Ok(lacks(format!("{zoo} from a checkpoint, once tuned and once with {range} frozen"))),
@@ -134,26 +205,13 @@ pub(super) fn resolution_matters(
     let count = run.full().filter(|e| !e.judged.baseline).count();
     for fine in run.full().filter(|e| !e.judged.baseline) {
         let twin = coarse.full().find(|e| e.name == fine.name && e.results().zoo == fine.results().zoo);
-        let known = |e: &RunNetwork| Some((e.results().primary()?, e.results().interval?));
-        let (Some(a), Some(b)) = (known(fine), twin.and_then(known)) else { continue };
-        // A mean over folds may lie a little outside an interval over samples.
-        let wide = |(size, [low, high]): (f64, [f64; 2])| (size, [low.min(size), high.max(size)]);
-        let (size, interval) = independent(wide(a), wide(b))?;
+        let Some(twin) = twin else { continue };
         let text = format!("accuracy of {}: {many} less {few} elements a side, points", fine.name);
-        let at = |interval| Effect { size, interval: Some(interval), p: None, error: None };
-        // Intervals of runs are at 95 %; the normal distribution says how much wider one of several contrasts is.
-        let wider = normal(run.refuting(count)) / normal(0.95);
-        let refuting = interval.map(|end| size + wider * (end - size));
-        contrasts.push(Contrast::new(text, at(interval), at(refuting)));
+        contrasts.extend(between_runs(run, [fine, twin], [0.0; 2], count, text)?);
     }
     if contrasts.is_empty() {
         Ok(lacks("a network that the run with fewer elements has too"))
     } else {
         Ok(against_all(least, contrasts))
     }
-}
-
-/// Returns how many standard errors an interval of this confidence reaches to either side.
-fn normal(confidence: f64) -> f64 {
-    t_quantile(f64::INFINITY, (1.0 + confidence) / 2.0)
 }

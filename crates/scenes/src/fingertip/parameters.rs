@@ -6,6 +6,7 @@
 
 use crate::Effect;
 use crate::parameters::{ASSUMED, Parameter, parameters, rows};
+use crate::world::Removable;
 
 /// The values of the curve that tutorials read off; the vendor calls it reference only.
 const CURVE: &str = "force-resistance curve of the FSR 400 series data sheet (Interlink): about 30 kohm at 20 g, 6 kohm at 100 g, 1 kohm at 1 kg";
@@ -54,8 +55,10 @@ parameters! {
 }
 
 /// Effects that the scene works without.
-pub(super) const REMOVABLE: [&str; 7] =
-    ["compliance", "relaxation", "contact-quality", "placement", "servo", "session", "noise"];
+pub(super) const REMOVABLE: Removable = Removable {
+    graded: &["compliance", "relaxation", "contact-quality", "placement", "servo", "session", "noise"],
+    switched: &[],
+};
 
 /// Lists all parameters, as `taxel simulate fingertip --explain` prints them.
 pub(crate) fn explain() -> Vec<Effect> {

@@ -8,6 +8,7 @@
 use super::objects;
 use crate::Effect;
 use crate::parameters::{ASSUMED, Parameter, parameters, rows};
+use crate::world::Removable;
 
 const COLLECTION: &str = "Zhang et al. 2022, section 3.2.2";
 const BIOTAC: &str = "assumed: as the same maker's BioTac has it";
@@ -75,7 +76,8 @@ parameters! {
 }
 
 /// Effects that the scene works without.
-pub(super) const REMOVABLE: [&str; 5] = ["delay", "relaxation", "placement", "offset", "noise"];
+pub(super) const REMOVABLE: Removable =
+    Removable { graded: &["delay", "relaxation", "placement", "offset", "noise"], switched: &[] };
 
 /// Lists all parameters and objects, as `taxel simulate gripper --explain` prints them.
 pub(crate) fn explain() -> Vec<Effect> {

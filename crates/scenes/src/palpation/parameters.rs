@@ -9,6 +9,7 @@
 use super::objects;
 use crate::Effect;
 use crate::parameters::{ASSUMED, Parameter, parameters, rows};
+use crate::world::Removable;
 
 const SENSOR: &str = "Gandarias et al. 2019b and Pastor et al. 2019, sensor specifications (Tekscan 6077)";
 const TABLE_1: &str =
@@ -94,21 +95,10 @@ parameters! {
 }
 
 /// Effects that the scene works without.
-pub(super) const REMOVABLE: [&str; 13] = [
-    "blur",
-    "force-steps",
-    "tilt",
-    "placement",
-    "session",
-    "taxels",
-    "rest",
-    "noise",
-    "friction",
-    "packing",
-    "bag-shift",
-    "texture",
-    "inclusions",
-];
+pub(super) const REMOVABLE: Removable = Removable {
+    graded: &["force-steps", "tilt", "placement", "session", "taxels", "rest", "noise", "friction"],
+    switched: &["blur", "packing", "bag-shift", "texture", "inclusions"],
+};
 
 /// Lists all parameters and objects, as `taxel simulate palpation --explain` prints them.
 pub(crate) fn explain() -> Vec<Effect> {

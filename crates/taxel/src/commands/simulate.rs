@@ -28,8 +28,9 @@ use crate::terminal::tables;
 /// gripper: objects=["tennis","mask"] (default all 30); sessions=5. y is [N, 2]: elasticity, hardness.
 /// imprint: elements=128; view=0 (pixels of pictures that go with it); meshes=FOLDER.
 /// gel: touches=cloths|objects; pixels=64; meshes=FOLDER.
-/// hand: sessions=10.
+/// hand: sessions=10; frames=700 (the last ones; 1 is a single time step).
 /// vision: pixels=64; classes=object|family; meshes=FOLDER.
+/// Every scene: factors={placement=0.5} keeps half of an effect, 0 leaves it out, 1 is all of it.
 #[derive(Args)]
 #[command(after_help = "Examples:  taxel simulate fingertip --samples 1500 --seed 0 --output grasps.npz
            taxel simulate palpation --set paper=002 --samples 540 --output squeezes.npz
