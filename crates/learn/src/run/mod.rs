@@ -20,3 +20,4 @@ pub(crate) mod run;
 pub(crate) mod run_models;
 pub(crate) mod tensorboard;
 pub(crate) mod unknown;
+pub(crate) mod work;
