@@ -228,19 +228,20 @@ fn is_file(path: &Path) -> bool {
 }
 
 /// Checks that a training of a learning curve is not tested on a test sample of the fold that it belongs to.
-fn refuse_test_samples(folder: &Folder) {
+fn no_test_sample_is_used(folder: &Folder) {
     let rows = |record: &Value| -> Vec<u64> {
         record["index"].as_array().unwrap().iter().map(|row| row.as_u64().unwrap()).collect()
     };
     let mut seen = 0;
     for entry in fs::read_dir(folder.path("run/learning-curve")).unwrap() {
         let record: Value = serde_json::from_slice(&fs::read(entry.unwrap().path()).unwrap()).unwrap();
-        let fold = record["key"]["fold"].as_u64().unwrap() % 1000;
+        let record = &record["value"];
+        let fold = record["fold"].as_u64().unwrap() % 1000;
         let mut own = fs::read_dir(folder.path("run/folds")).unwrap().map(|entry| entry.unwrap().path());
         let end = format!(".r0.f{fold}.json");
         let outer = own.find(|path| path.to_string_lossy().ends_with(&end)).unwrap();
         let outer = rows(&serde_json::from_slice(&fs::read(outer).unwrap()).unwrap());
-        assert!(!outer.is_empty() && rows(&record).iter().all(|row| !outer.contains(row)), "{record}");
+        assert!(!outer.is_empty() && rows(record).iter().all(|row| !outer.contains(row)), "{record}");
         seen += 1;
     }
     assert_eq!(seen, 24);
@@ -260,7 +261,7 @@ fn a_report_says_what_more_recordings_bring() {
             && points.iter().all(|point| point["scores"].as_array().unwrap().len() == 6)
     );
     assert_eq!(curve["whole"]["scores"].as_array().unwrap().len(), 3, "the run's own folds: {curve}");
-    refuse_test_samples(&folder);
+    no_test_sample_is_used(&folder);
     let page = fs::read_to_string(folder.path("run/report.html")).unwrap();
     assert!(page.contains("More recordings") && is_file(&folder.path("run/charts/learning-curve.svg")));
     // What was trained is kept, with the same bytes.

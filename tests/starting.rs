@@ -1,6 +1,6 @@
 //! `taxel init` and `taxel run` of recordings: an experiment that nobody wrote.
 
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::panic)]
 
 use std::fs;
 use std::path::Path;
