@@ -250,6 +250,18 @@ fn no_test_sample_is_used(folder: &Folder) {
 #[test]
 fn a_report_says_what_more_recordings_bring() {
     let folder = Folder::new();
+    let plan = folder.json("run grasps.toml --plan --format json");
+    // Four rows of three folds; of the curve two inner folds of each, at four sizes.
+    assert_eq!(
+        (&plan["trainings"], &plan["learning_curve"]["trainings"]),
+        (&12.into(), &24.into()),
+        "{plan}"
+    );
+    assert!(plan["rows"].as_array().unwrap().iter().all(|row| number(&row["seconds"]) > 0.0), "{plan}");
+    assert!(!folder.path("runs").exists(), "a plan writes nothing");
+    let few = folder.json(r#"run grasps.toml --plan --format json --set protocol={kind="few-samples"}"#);
+    assert!(few["learning_curve"]["refused"].as_str().unwrap().contains("a learning curve itself"), "{few}");
+    folder.refuses("run grasps.toml --plan --resume", "cannot be used with");
     folder.says("run grasps.toml --output run");
     let report = folder.json("report run --no-stress --learning-curve --format json");
     let curve = &report["learning_curve"];

@@ -1,4 +1,4 @@
-//! `taxel record` from a bag, and into bags.
+//! `taxel record` from a bag, and into bags; and from a source that names no channels.
 
 #![allow(clippy::unwrap_used)]
 
@@ -107,6 +107,30 @@ fn readings_that_a_bag_lacks_are_not_made_up() {
     assert_eq!(code, 0, "{said}");
     assert!(said.contains("of 75 readings are missing"), "{said}");
     assert_eq!(load(&at.join("skin")).len(), 6);
+}
+
+#[test]
+fn a_source_without_names_says_what_its_channels_are_called() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let lines =
+        |head: &str| format!("{head}{}", (0..400).map(|i| format!("{i}.5,{}\n", i % 7)).collect::<String>());
+    let command = |file: &str| {
+        format!(
+            "record --input {file} --rate 100 {CUP_AND_POT} --count 2 --output {}",
+            file.replace(".csv", "")
+        )
+    };
+    for (file, head) in [("named.csv", "thumb,index\n"), ("bare.csv", "")] {
+        fs::write(at.join(file), lines(head)).unwrap();
+        let (code, said) = run(at, &command(file).replace("--count 3 ", ""));
+        assert_eq!(code, 0, "{said}");
+        assert_eq!(
+            said.contains("channel-0 to channel-1") && said.contains("a header"),
+            head.is_empty(),
+            "{said}"
+        );
+    }
 }
 
 #[test]

@@ -89,6 +89,11 @@ fn recordings_run_without_a_config_within_their_budget() {
     let results = fs::read(at.join("runs/skin/results.json")).unwrap();
     says(at, 0, &["run", "skin.npz", "--resume"]);
     assert_eq!(fs::read(at.join("runs/skin/results.json")).unwrap(), results, "the choice of the run folder");
+    let resumed = says(at, 0, &["run", "skin.npz", "--resume", "--budget", "1h"]);
+    assert!(resumed.contains("--budget: not used"), "{resumed}");
+    assert_eq!(fs::read(at.join("runs/skin/results.json")).unwrap(), results);
+    let error = says(at, 2, &["run", "runs/skin/config.toml", "--budget", "1h"]);
+    assert!(error.contains("--budget") && error.contains("config.toml says itself what is run"), "{error}");
     let error = says(at, 2, &["run", "skin.npz", "--data", "skin.npz"]);
     assert!(error.contains("keep one of them"), "{error}");
 }
