@@ -121,7 +121,7 @@ fn a_source_without_names_says_what_its_channels_are_called() {
             file.replace(".csv", "")
         )
     };
-    for (file, head) in [("named.csv", "thumb,index\n"), ("bare.csv", "")] {
+    for (file, head) in [("named.csv", "thumb,ring\n"), ("bare.csv", "")] {
         fs::write(at.join(file), lines(head)).unwrap();
         let (code, said) = run(at, &command(file).replace("--count 3 ", ""));
         assert_eq!(code, 0, "{said}");
@@ -131,6 +131,16 @@ fn a_source_without_names_says_what_its_channels_are_called() {
             "{said}"
         );
     }
+}
+
+#[test]
+fn a_channel_that_readers_take_for_a_counter_is_refused_by_its_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let lines: String = (0..300).map(|i| format!("{}.5,{}\n", i % 11, i % 7)).collect();
+    fs::write(at.join("press.csv"), format!("thumb,index\n{lines}")).unwrap();
+    let (code, said) = run(at, &format!("record --input press.csv --rate 100 {CUP_AND_POT} --output skin"));
+    assert!(code == 2 && said.contains("index_finger") && said.contains("\"index\" is left out"), "{said}");
 }
 
 #[test]

@@ -8,7 +8,7 @@ use taxel::data::{Layout, ReadOptions, whole_recordings};
 
 use super::take::Taken;
 
-/// What a recording is written as.
+/// Kind of the files that recordings are written as.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
 pub enum FileKind {
     /// Text: a header, then a line for each time step.
@@ -69,19 +69,26 @@ fn csv(channels: &[String], taken: &Taken) -> String {
     text
 }
 
-/// Reads a recording as every command will, and compares it.
+/// Reads a recording as every command will, and compares it; says why it differs and how to fix it.
 pub fn read_back(path: &Path, channels: &[String], taken: &Taken) -> Result<(), String> {
     let options = ReadOptions { layout: Some(Layout::Series), ..ReadOptions::default() };
     let (all, facts) = whole_recordings(path, &options, 2).map_err(|e| e.to_string())?;
-    let [one] = all.as_slice() else { return Err(format!("{} recordings", all.len())) };
+    let odd = |what: String| Err(format!("{what}; please report it"));
+    let [one] = all.as_slice() else { return odd(format!("{} recordings", all.len())) };
+    if let Some(name) = channels.iter().find(|name| !facts.channel_names.contains(name)) {
+        return Err(format!(
+            "the channel {name:?} is left out, as a column of time or a counter: readers take it for one by its name and its whole \
+             numbers; give it another name at the source, such as \"{name}_finger\""
+        ));
+    }
     if facts.channel_names != channels {
-        return Err(format!("its channels are {}", facts.channel_names.join(", ")));
+        return odd(format!("its channels are {}", facts.channel_names.join(", ")));
     }
     if one.shape != [channels.len(), taken.times.len()] {
-        return Err(format!("its shape is {:?}", one.shape));
+        return odd(format!("its shape is {:?}", one.shape));
     }
     let rows = taken.times.len();
     let is_equal =
         |(i, value): (usize, &f32)| one.values[(i % channels.len()) * rows + i / channels.len()] == *value;
-    if taken.values.iter().enumerate().all(is_equal) { Ok(()) } else { Err("its values differ".into()) }
+    if taken.values.iter().enumerate().all(is_equal) { Ok(()) } else { odd("its values differ".into()) }
 }

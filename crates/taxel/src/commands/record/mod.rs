@@ -13,13 +13,14 @@ mod set;
 mod source;
 mod take;
 
+use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
 
 use clap::{Args, ValueEnum, ValueHint};
 use serde_json::json;
-use taxel::stream::{LineColumns, Pace, SourceSettings, start};
+use taxel::stream::{LineColumns, Pace, SourceSettings, StreamSource, start};
 use taxel::{Layout, ReadOptions, SampleSpec};
 
 use crate::CommandResult;
@@ -231,6 +232,30 @@ impl Record {
             }
         }
         self.session.as_deref().map_or(Ok(()), |session| check_name("--session", session))
+    }
+
+    /// Returns the source, its name in messages, and how readings come.
+    fn source(&self) -> Result<(StreamSource, String, SourceKind), String> {
+        let has_stamps = self.stamps.time.is_some() || self.stamps.clock.is_some();
+        #[cfg(feature = "serial")]
+        if let (Some(port), None) = (&self.port.serial, &self.topic) {
+            let source = StreamSource::Serial { port: port.clone(), baud: self.port.baud };
+            return Ok((source, port.clone(), SourceKind::Port));
+        }
+        source::source(self.input.as_deref(), self.topic.as_deref(), has_stamps)
+    }
+
+    /// Checks whether a person starts each recording.
+    fn with_keys(&self, source: &StreamSource) -> Result<bool, String> {
+        let is_input = *source == StreamSource::Input;
+        match self.start {
+            Some(Start::Key) if is_input => Err(
+                "--start key: standard input is the sensor, so keys cannot come from there; say --start now"
+                    .into(),
+            ),
+            Some(start) => Ok(start == Start::Key),
+            None => Ok(!is_input && std::io::stdin().is_terminal()),
+        }
     }
 
     fn labels(&self, set: &RecordedSet) -> Result<Vec<String>, String> {

@@ -197,10 +197,7 @@ impl RecordedSet {
         write_whole(&path, &bytes).map_err(|e| FileError::io(&path, "written", &e))?;
         if let Err(why) = read_back(&path, &facts.channels, taken) {
             let _ = fs::remove_file(&path);
-            return Err(FileError::new(
-                &path,
-                format!("is not read as it was recorded: {why}; please report it"),
-            ));
+            return Err(FileError::new(&path, format!("is not read as it was recorded: {why}")));
         }
         let kept = Kept { file: file.clone(), label: label.into() };
         self.kept.push(kept.clone());

@@ -96,25 +96,7 @@ impl RunExperiments {
         let cancel = flag(GRACE)?;
         let registry = Registry::built_in();
         let threads = self.threads.count()?;
-        if let Some(path) = self.config.iter().find(|path| self.data.is_some() && !is_config(path)) {
-            return Err(format!("{} and --data are both recordings; keep one of them", path.display()).into());
-        }
-        let set = self.set.iter().cloned().chain(settings(&self.read_options)).collect();
-        let overrides =
-            Overrides { quick: self.quick, set, data: self.data.clone(), seed: self.seed, place: None };
-        // All configs are read before the first runs: a typo in the last one costs no hours.
-        let load = |path: &PathBuf| {
-            if is_config(path) {
-                Experiment::load(path, &overrides, &registry)
-            } else {
-                self.started(path, &registry, threads, &cancel)
-            }
-        };
-        if let Some(path) = self.config.iter().find(|path| is_config(path)) {
-            self.budget.refuse(path)?;
-        }
-        let experiments = self.config.iter().map(load).collect::<Result<Vec<_>, _>>();
-        let experiments = experiments.map_err(|error| with_option_hint(error, None))?;
+        let experiments = self.experiments(&registry, threads, &cancel)?;
         if self.print_config {
             experiments.iter().for_each(|experiment| out!("{}", experiment.to_toml()));
             return Ok(ExitCode::SUCCESS);
@@ -159,6 +141,33 @@ impl RunExperiments {
             }
         }
         Ok(if finished { ExitCode::SUCCESS } else { ExitCode::from(1) })
+    }
+
+    /// Reads all configs, before the first of them runs: a typo in the last one costs no hours.
+    fn experiments(
+        &self,
+        registry: &Registry,
+        threads: usize,
+        cancel: &AtomicBool,
+    ) -> Result<Vec<Experiment>, Box<dyn std::error::Error>> {
+        if let Some(path) = self.config.iter().find(|path| self.data.is_some() && !is_config(path)) {
+            return Err(format!("{} and --data are both recordings; keep one of them", path.display()).into());
+        }
+        if let Some(path) = self.config.iter().find(|path| is_config(path)) {
+            self.budget.refuse(path)?;
+        }
+        let set = self.set.iter().cloned().chain(settings(&self.read_options)).collect();
+        let overrides =
+            Overrides { quick: self.quick, set, data: self.data.clone(), seed: self.seed, place: None };
+        let load = |path: &PathBuf| {
+            if is_config(path) {
+                Experiment::load(path, &overrides, registry)
+            } else {
+                self.started(path, registry, threads, cancel)
+            }
+        };
+        let experiments = self.config.iter().map(load).collect::<Result<Vec<_>, _>>();
+        experiments.map_err(|error| with_option_hint(error, None))
     }
 
     /// Chooses the experiment of recordings; one that goes on is that of its run folder.
