@@ -21,18 +21,16 @@ pub fn source(
     if let (Some(topic), None) = (topic, bag) {
         return Err(format!("--topic {topic}: is of a bag, and the source is none; say --input FILE.mcap"));
     }
+    if let (Some(path), true) = (bag, has_stamp_options) {
+        return Err(format!(
+            "--time and --clock are of lines, and messages of {path} bear their time; leave them out"
+        ));
+    }
     match input {
         None => Err("nothing to record from; say --serial PORT, or --input - for standard input".into()),
         Some("-") => Ok((StreamSource::Input, "standard input".into(), SourceKind::Pipe)),
         #[cfg(feature = "lab")]
-        Some(path) if bag.is_some() => {
-            if has_stamp_options {
-                return Err(format!(
-                    "--time and --clock are of lines, and messages of {path} bear their time; leave them out"
-                ));
-            }
-            Ok((StreamSource::Bag(path.into()), path.into(), SourceKind::File))
-        }
+        Some(path) if bag.is_some() => Ok((StreamSource::Bag(path.into()), path.into(), SourceKind::File)),
         Some(path) => {
             let source = StreamSource::Path(path.into());
             if !source.has_lines() {
