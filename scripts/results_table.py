@@ -301,14 +301,19 @@ def lines(reference):
 def differences(own, before):
     """In what two references differ; empty where scores are equal to the last digit of the page."""
     said = [f"{key}: {own[key]}, was {before[key]}" for key in ("data_digest", "config_sha256") if own[key] != before[key]]
+    # Metrics and costs that only one of the two versions of taxel writes.
+    one_sided = set()
     for name in sorted({*own["rows"], *before["rows"]}):
         new, old = own["rows"].get(name), before["rows"].get(name)
         if not (new and old):
             said.append(f"{name}: only in {'this run' if new else 'the reference'}")
             continue
-        for key in new:
+        one_sided |= {(key, "this run" if key in new else "the reference") for key in {*new} ^ {*old}}
+        for key in (key for key in new if key in old):
             a, b = ([round(value, 2) for value in each if value is not None] if isinstance(each, list) else each for each in (new[key], old[key]))
             said += [f"{name} {key}: {a}, was {b}"] if a != b else []
+    said += [f"{key}: only in {where}; the two are of different versions of taxel, and a page that is written anew compares it"
+             for key, where in sorted(one_sided)]
     if said and own["vectors"] != before.get("vectors"):
         said.append(f"computed with {own['vectors']}, the reference with {before.get('vectors') or 'vectors of unknown width'}: "
                     "matrix products are rounded elsewhere then, so that trainings end a little elsewhere")

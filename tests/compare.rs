@@ -227,9 +227,41 @@ fn is_file(path: &Path) -> bool {
     path.is_file()
 }
 
+/// Checks that a training of a learning curve is not tested on a test sample of the fold that it belongs to.
+fn no_test_sample_is_used(folder: &Folder) {
+    let rows = |record: &Value| -> Vec<u64> {
+        record["index"].as_array().unwrap().iter().map(|row| row.as_u64().unwrap()).collect()
+    };
+    let mut seen = 0;
+    for entry in fs::read_dir(folder.path("run/learning-curve")).unwrap() {
+        let record: Value = serde_json::from_slice(&fs::read(entry.unwrap().path()).unwrap()).unwrap();
+        let record = &record["value"];
+        let fold = record["fold"].as_u64().unwrap() % 1000;
+        let mut own = fs::read_dir(folder.path("run/folds")).unwrap().map(|entry| entry.unwrap().path());
+        let end = format!(".r0.f{fold}.json");
+        let outer = own.find(|path| path.to_string_lossy().ends_with(&end)).unwrap();
+        let outer = rows(&serde_json::from_slice(&fs::read(outer).unwrap()).unwrap());
+        assert!(!outer.is_empty() && rows(record).iter().all(|row| !outer.contains(row)), "{record}");
+        seen += 1;
+    }
+    assert_eq!(seen, 24);
+}
+
 #[test]
 fn a_report_says_what_more_recordings_bring() {
     let folder = Folder::new();
+    let plan = folder.json("run grasps.toml --plan --format json");
+    // Four rows of three folds; of the curve two inner folds of each, at four sizes.
+    assert_eq!(
+        (&plan["trainings"], &plan["learning_curve"]["trainings"]),
+        (&12.into(), &24.into()),
+        "{plan}"
+    );
+    assert!(plan["rows"].as_array().unwrap().iter().all(|row| number(&row["seconds"]) > 0.0), "{plan}");
+    assert!(!folder.path("runs").exists(), "a plan writes nothing");
+    let few = folder.json(r#"run grasps.toml --plan --format json --set protocol={kind="few-samples"}"#);
+    assert!(few["learning_curve"]["refused"].as_str().unwrap().contains("a learning curve itself"), "{few}");
+    folder.refuses("run grasps.toml --plan --resume", "cannot be used with");
     folder.says("run grasps.toml --output run");
     let report = folder.json("report run --no-stress --learning-curve --format json");
     let curve = &report["learning_curve"];
@@ -238,8 +270,10 @@ fn a_report_says_what_more_recordings_bring() {
     let counts: Vec<f64> = points.iter().map(|point| number(&point["count"])).collect();
     assert!(
         counts.windows(2).all(|pair| pair[0] < pair[1])
-            && points.iter().all(|point| point["scores"].as_array().unwrap().len() == 3)
+            && points.iter().all(|point| point["scores"].as_array().unwrap().len() == 6)
     );
+    assert_eq!(curve["whole"]["scores"].as_array().unwrap().len(), 3, "the run's own folds: {curve}");
+    no_test_sample_is_used(&folder);
     let page = fs::read_to_string(folder.path("run/report.html")).unwrap();
     assert!(page.contains("More recordings") && is_file(&folder.path("run/charts/learning-curve.svg")));
     // What was trained is kept, with the same bytes.

@@ -59,6 +59,22 @@ fn page_and_schema_are_those_of_the_code() {
     is_current("config.md", &experiment::page(&registry), "cargo run --release -- schema --page");
 }
 
+/// An editor joins the path of the first line to the folder of the config, as taplo does.
+#[test]
+fn every_committed_config_names_the_schema() {
+    let schema = root().join("docs/config.schema.json").canonicalize().unwrap();
+    for (path, _) in configs() {
+        let text = std::fs::read_to_string(&path).unwrap();
+        let named = text.lines().next().unwrap().strip_prefix("#:schema ").unwrap_or_default();
+        let file = Path::new(&path).parent().unwrap().join(named);
+        assert_eq!(
+            file.canonicalize().ok().as_ref(),
+            Some(&schema),
+            "{path}: the first line names {named:?}"
+        );
+    }
+}
+
 #[test]
 fn the_schema_accepts_every_committed_config() {
     let schema = experiment::schema(&Registry::built_in());

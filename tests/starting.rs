@@ -1,14 +1,18 @@
 //! `taxel init` and `taxel run` of recordings: an experiment that nobody wrote.
 
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::panic)]
 
 use std::fs;
 use std::path::Path;
 
 use assert_cmd::Command;
 use ndarray::ArrayD;
+use serde_json::Value;
 use taxel::data::{Quantity, Targets, Values};
 use taxel::{Dataset, Layout};
+
+#[path = "support/schema.rs"]
+mod schema;
 
 /// Runs a command in a folder and returns what it printed, with its notes.
 fn says(folder: &Path, code: i32, arguments: &[&str]) -> String {
@@ -27,6 +31,15 @@ fn recordings(layout: Layout, shape: &[usize]) -> Dataset {
     });
     let labels: Vec<usize> = (0..samples).map(|i| i % 3).collect();
     Dataset::new("skin", layout, x, &labels).unwrap()
+}
+
+/// Checks a config against the schema that its first line names, as an editor does, and that a wrong key is seen.
+fn follows_its_schema(folder: &Path, text: &str) {
+    let named = text.lines().next().unwrap().strip_prefix("#:schema ").unwrap();
+    let schema: Value = serde_json::from_slice(&fs::read(folder.join(named)).unwrap()).unwrap();
+    let of = |text: &str| serde_json::to_value(toml::from_str::<toml::Table>(text).unwrap()).unwrap();
+    assert_eq!(schema::problems(&schema, &of(text)), [""; 0]);
+    assert!(!schema::problems(&schema, &of(&text.replace("seed =", "sed ="))).is_empty());
 }
 
 #[test]
@@ -49,11 +62,16 @@ fn every_layout_gets_a_config_that_reads() {
         assert!(said.contains("config: skin.toml") && said.contains("min on this machine"), "{said}");
         let text = fs::read_to_string(at.join("skin.toml")).unwrap();
         assert!(text.contains(wanted) && text.contains("[harden]"), "{layout:?} {shape:?}: {text}");
+        follows_its_schema(at, &text);
         let whole = says(at, 0, &["run", "skin.toml", "--print-config"]);
         assert!(whole.contains("[protocol]") && whole.contains("split = \"stratified\""), "{whole}");
     }
     let error = says(at, 2, &["init", "skin.npz"]);
     assert!(error.contains("skin.toml: is there already"), "{error}");
+    fs::write(at.join("taxel.schema.json"), "{\"title\": \"mine\"}").unwrap();
+    let error = says(at, 2, &["init", "skin.npz", "--output", "other.toml"]);
+    assert!(error.contains("is no schema of taxel") && !at.join("other.toml").exists(), "{error}");
+    assert_eq!(fs::read_to_string(at.join("taxel.schema.json")).unwrap(), "{\"title\": \"mine\"}");
     let error = says(at, 2, &["run", "skin.npz", "--budget", "soon"]);
     assert!(error.contains("--budget"), "{error}");
 }
@@ -71,6 +89,11 @@ fn recordings_run_without_a_config_within_their_budget() {
     let results = fs::read(at.join("runs/skin/results.json")).unwrap();
     says(at, 0, &["run", "skin.npz", "--resume"]);
     assert_eq!(fs::read(at.join("runs/skin/results.json")).unwrap(), results, "the choice of the run folder");
+    let resumed = says(at, 0, &["run", "skin.npz", "--resume", "--budget", "1h"]);
+    assert!(resumed.contains("--budget: not used"), "{resumed}");
+    assert_eq!(fs::read(at.join("runs/skin/results.json")).unwrap(), results);
+    let error = says(at, 2, &["run", "runs/skin/config.toml", "--budget", "1h"]);
+    assert!(error.contains("--budget") && error.contains("config.toml says itself what is run"), "{error}");
     let error = says(at, 2, &["run", "skin.npz", "--data", "skin.npz"]);
     assert!(error.contains("keep one of them"), "{error}");
 }

@@ -1,13 +1,13 @@
 //! Compares what recordings say of themselves with what a model was trained on.
 
 use crate::dataset::sample_spec::SampleSpec;
+use crate::formats::clock::RATE_TOLERANCE;
 use crate::recordings::RecordingFacts;
 use crate::unit::UnitFactor;
 use ndarray::ArrayD;
 use std::fmt::{self, Display};
 
-/// Largest difference of two rates or full scales, as a share, that is no other sensor: clocks and rounding.
-const RATE_TOLERANCE: f64 = 0.02;
+/// Largest relative difference of two full scales, by rounding.
 const SCALE_TOLERANCE: f64 = 1e-3;
 
 /// A fact in which recordings differ from those of the training.

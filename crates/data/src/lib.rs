@@ -68,6 +68,9 @@ pub use dataset::source::{Source, SourceKind};
 pub use dataset::target_steps::TargetSteps;
 pub use dataset::targets::{Quantity, Targets, Task, Values};
 pub use error::{Class, Error, Result};
+#[cfg(feature = "mcap")]
+pub use formats::bag::messages::{BagMessages, bag_messages};
+pub use formats::bag::path::is_bag;
 pub use formats::clock::interpolate;
 pub use formats::formats;
 pub use formats::table::column_kind::numbers_columns;
@@ -93,4 +96,6 @@ pub use taxel_base::Layout;
 pub use taxel_base::files::{PART, write_whole};
 pub use unit::UnitFactor;
 pub use write::archive::{Npz, npy_bytes};
+#[cfg(feature = "mcap")]
+pub use write::bag::{BAG_TOPIC, bag_bytes};
 pub use write::convert::{Converted, convert};

@@ -51,6 +51,34 @@ fn options_override_the_file_and_the_file_the_format() {
 }
 
 #[test]
+fn a_rate_against_the_time_stamps_is_refused() {
+    let recording = |step: usize| {
+        let rows = (0..5).map(|i| format!("{},{}\n", i * step, i % 3));
+        format!("time_ms,thumb\n{}", rows.collect::<String>())
+    };
+    let folder = tempdir().unwrap();
+    let facts = |rate: f64| format!(r#"{{"rate": {rate}}}"#);
+    let [one, other] = [recording(10), recording(10)];
+    files(folder.path(), &[("a/1.csv", &one), ("b/1.csv", &other), ("labels.json", &facts(101.0))]);
+    assert_eq!(read(folder.path()).spec.rate, Some(101.0), "a clock is no better");
+    files(folder.path(), &[("labels.json", &facts(50.0))]);
+    let error = refused(folder.path(), &ReadOptions::default());
+    for word in ["labels.json", "rate = 50", "100 Hz", "--rate"] {
+        assert!(error.contains(word), "{word}: {error}");
+    }
+    let said = ReadOptions { rate: Some(100.0), ..ReadOptions::default() };
+    let spec = load(folder.path(), &said).unwrap().spec;
+    assert_eq!((spec.rate, spec.overruled), (Some(100.0), vec!["rate".to_string()]));
+
+    let table = tempdir().unwrap();
+    let rows = |id: usize| (0..4).map(move |i| format!("{id},{},{},{id}\n", 10 * i, i + id));
+    let text = format!("recording,time_ms,thumb,label\n{}", rows(0).chain(rows(1)).collect::<String>());
+    files(table.path(), &[("grasps.csv", &text), ("labels.json", &facts(1000.0))]);
+    let error = refused(&table.path().join("grasps.csv"), &ReadOptions::default());
+    assert!(error.contains("rate = 1000") && error.contains("100 Hz"), "{error}");
+}
+
+#[test]
 fn a_layout_is_guessed_from_rank_and_type_alone() {
     let folder = tempdir().unwrap();
     let y = || ("y", i64s(&[2], &[0, 1]));

@@ -76,6 +76,7 @@ pub use run::quantized_run::quantize_run;
 pub use run::records::{Change, Costs, FoldKey, FoldRecord, OtherStatistics, Timing};
 pub use run::results::{FoldScores, NetworkResults, Results};
 pub use run::run_models::read_weights;
+pub use run::work::{RowWork, Work};
 pub use sensor::{SensorFacts, sensor};
 pub use table::ResultsTable;
 pub use taxel_guard as guard;

@@ -54,7 +54,7 @@ pub use error::{Error, Result};
 pub use options::ShrinkOptions;
 pub use page::shrunk_page;
 pub use plan::Estimate;
-pub use recordings::learning_curve;
+pub use recordings::{curve_folds, learning_curve};
 pub use shrink::{Finished, shrink};
 pub use shrunk::{Combined, Curve, CurveStep, ModelSummary, Shrunk, SmallSpeed};
 pub use words::{knee_words, shrunk_words};

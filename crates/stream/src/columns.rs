@@ -75,6 +75,14 @@ impl LineColumns {
         if self.each == 0 { "a reading".into() } else { format!("a reading of {} numbers", self.each) }
     }
 
+    /// Takes the names of channels that nobody knew, of a source without lines.
+    #[cfg(feature = "mcap")]
+    pub(crate) fn found(&self, names: &[String]) {
+        if let Some(channels) = &self.any {
+            channels.found(names.to_vec());
+        }
+    }
+
     /// Counts the values of a time step; 0 of channels that nobody knows.
     pub fn each(&self) -> usize {
         self.each

@@ -45,6 +45,8 @@ mod fault;
 mod health;
 mod latency_histogram;
 mod lines;
+#[cfg(feature = "mcap")]
+mod messages;
 mod numbers;
 mod options;
 mod pace;

@@ -24,6 +24,9 @@ pub enum StreamSource {
     Input,
     /// A file, or a folder: lines of a text file, recordings of anything else that can be read.
     Path(PathBuf),
+    /// One topic of a bag, message after message, at the times at which they were recorded. The topics of the settings' options name it.
+    #[cfg(feature = "mcap")]
+    Bag(PathBuf),
     /// A serial port that sends lines.
     #[cfg(feature = "serial")]
     Serial {
@@ -39,6 +42,8 @@ impl StreamSource {
     pub fn has_lines(&self) -> bool {
         match self {
             StreamSource::Path(path) => holds_lines(path),
+            #[cfg(feature = "mcap")]
+            StreamSource::Bag(_) => false,
             _ => true,
         }
     }
@@ -90,6 +95,15 @@ pub fn start(
             let file = File::open(&path).map_err(|e| Error::from(FileError::io(&path, "read", &e)))?;
             let (pace, rate) = (settings.pace, settings.rate.or(settings.spec.rate));
             (pace == Pace::Rate, lines(file, label, settings, Some((pace, rate)), false, say))
+        }
+        #[cfg(feature = "mcap")]
+        StreamSource::Bag(path) => {
+            let messages = taxel_data::bag_messages(&path, &settings.options)?;
+            let (label, pace, columns) = (path.display().to_string(), settings.pace, settings.columns);
+            let read_loop = move |feed: &mut Feed| {
+                crate::messages::feed(&label, &messages, &columns, Pacer::new(pace), &say, feed)
+            };
+            (pace == Pace::Rate, Box::new(read_loop))
         }
         StreamSource::Path(path) => {
             let rank = settings.spec.layout.rank();

@@ -153,7 +153,7 @@ impl Runner<'_> {
         Ok(keys.into_iter().filter(|key| parts.iter().any(|part| key.is_within(part))).collect())
     }
 
-    fn validation(&self) -> Result<CrossValidation<'_>> {
+    pub(crate) fn validation(&self) -> Result<CrossValidation<'_>> {
         // Before a network blames its number of classes.
         self.dataset.refuse_one_class()?;
         let config = self.experiment.config();

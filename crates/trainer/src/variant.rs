@@ -80,6 +80,12 @@ impl Experiment {
         Ok(variant)
     }
 
+    /// Returns the same without the settings that inner folds choose among.
+    pub(crate) fn without_search(mut self) -> Self {
+        self.config.choose = None;
+        self
+    }
+
     /// Returns a whole number among the settings of one of its networks, such as a width: the config's, or else the
     /// network's default. None of a baseline, of a network from a file, and where it has no such setting.
     pub fn number(&self, name: &str, key: &str, registry: &Registry) -> Option<usize> {

@@ -15,6 +15,9 @@ const STEPS: std::ops::Range<f64> = 1e-12..1e12;
 /// Largest relative distance of the rate of regular stamps from the wanted one: clocks are no better.
 const CLOCK: f64 = 0.01;
 
+/// Largest relative difference of two rates that is no other sensor: clocks and rounding.
+pub(crate) const RATE_TOLERANCE: f64 = 0.02;
+
 /// The steps from one time stamp to the next, in seconds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Timing {

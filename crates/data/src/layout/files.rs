@@ -5,6 +5,7 @@ use crate::dataset::spec_of::likeliest_layout;
 use crate::dataset::targets::Values;
 use crate::error::plural;
 use crate::layout::listing::{FoundFiles, unsorted};
+use crate::layout::names_file::stamp;
 use crate::length::ragged::Collected;
 use crate::options::{ReadOptions, refuse_set};
 use crate::reader::{FileFormat, Format, Place, Reader, Recorded};
@@ -71,8 +72,8 @@ pub(crate) fn read(place: &Place, found: FoundFiles, options: &ReadOptions) -> R
     }
     let mut facts = found.facts;
     facts.depth = recorded.depth.or(facts.depth);
+    stamp(&mut facts, recorded.rate, options)?;
     facts.rate = facts.rate.or(recorded.rate);
-    facts.stamped = recorded.rate;
     let names = Names { file: file.clone(), columns: vec![found.classes], is_given: true };
     Ok(Raw {
         name: name_of(root),

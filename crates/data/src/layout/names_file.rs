@@ -3,9 +3,10 @@
 use crate::dataset::raw::{Names, SampleFacts};
 use crate::dataset::source::Source;
 use crate::dataset::targets::Quantity;
+use crate::formats::clock::RATE_TOLERANCE;
 use crate::formats::text::read_text;
 use crate::layout::listing::last;
-use crate::options::Limits;
+use crate::options::{Limits, ReadOptions};
 use crate::tare::Tare;
 use crate::targets::quantities::named_after;
 use crate::{Error, Result};
@@ -179,6 +180,26 @@ fn facts(value: &Value, file: &str) -> Result<SampleFacts> {
         quantities: given("quantities").map(quantities).transpose()?,
         values: given("values").map(values).transpose()?.unwrap_or_default(),
     })
+}
+
+/// Takes the rate (Hz) of the recordings' time stamps, where they have any.
+///
+/// # Errors
+/// Another rate in the file of class names: one of the two is wrong, and nobody would see which. An option that says the rate
+/// overrules both.
+pub(crate) fn stamp(facts: &mut SampleFacts, rate: Option<f64>, options: &ReadOptions) -> Result<()> {
+    let is_overruled = options.rate.is_some() || options.stamped.is_some();
+    if let (Some(said), Some(found), false) = (facts.rate, rate, is_overruled)
+        && (said - found).abs() > RATE_TOLERANCE * said
+    {
+        let why = format!(
+            "says rate = {said} (Hz), and the time stamps of the recordings say {found} Hz; correct the rate, or give the column of \
+             time its unit (time_ms), or say which rate holds (rate = {found} in [data], --rate)"
+        );
+        return Err(Error::file(&facts.file, why));
+    }
+    facts.stamped = rate.or(facts.stamped);
+    Ok(())
 }
 
 /// Reads which readings of a recording are at rest.

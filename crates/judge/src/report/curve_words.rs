@@ -4,10 +4,11 @@ use taxel_report::numbers::digits;
 
 use crate::values::{CurveGain, LearningCurve, Primary};
 
-/// Says what more recordings would bring: `with 40 of each class: 88.2 %; 20 more of each class: +2.1 points [0.0, 4.3]`.
+/// Says what more recordings would bring: `with 40 of each class: 88.2 %; 20 more of each class: +2.1 points [0.0, 4.3]`. Beside the
+/// score of the test parts stands the forecast of inner folds, which have not seen them.
 pub fn curve_words(curve: &LearningCurve, primary: &Primary) -> Vec<String> {
     let of_each = if curve.per.is_empty() { String::new() } else { format!(" of each {}", curve.per) };
-    let Some(last) = curve.points.last() else { return vec![] };
+    let Some(last) = curve.whole.as_ref().or(curve.points.last()) else { return vec![] };
     let count = |count: f64| if count.fract() == 0.0 { format!("{count:.0}") } else { digits(count) };
     let mut words = vec![format!(
         "{} has {} with {} training recordings{of_each}.",
@@ -22,6 +23,19 @@ pub fn curve_words(curve: &LearningCurve, primary: &Primary) -> Vec<String> {
         return words;
     };
     let show = primary.show();
+    let score = |error: f64| if primary.is_percent() { 100.0 - error } else { error };
+    let scores = |ends: [f64; 2]| {
+        let [a, b] = ends.map(score);
+        format!("[{}, {}]", show(a.min(b)), show(a.max(b)))
+    };
+    if let (Some((error, ends)), Some(_)) = (law.forecast, &curve.whole) {
+        let sizes = curve.points.iter().map(|point| count(point.count)).collect::<Vec<_>>().join(", ");
+        words.push(format!(
+            "Inner folds, which have no test sample, forecast {} {} from {sizes} recordings{of_each}.",
+            primary.named_value(score(error)),
+            scores(ends)
+        ));
+    }
     for CurveGain { more, gain, interval: [low, high] } in &law.gains {
         let sign = if primary.is_percent() { "+" } else { "-" };
         let ends = format!("[{}, {}]", show(*low), show(*high));
@@ -29,10 +43,7 @@ pub fn curve_words(curve: &LearningCurve, primary: &Primary) -> Vec<String> {
     }
     words.push(match law.level {
         Some((floor, ends)) => {
-            let score = |error: f64| if primary.is_percent() { 100.0 - error } else { error };
-            let [a, b] = ends.map(score);
-            let ends = format!("[{}, {}]", show(a.min(b)), show(a.max(b)));
-            format!("It levels off at {} {ends}.", primary.named_value(score(floor)))
+            format!("It levels off at {} {}.", primary.named_value(score(floor)), scores(ends))
         }
         None => "Where it levels off cannot be told from these sizes.".into(),
     });
@@ -50,17 +61,20 @@ mod tests {
         let task = Task::Classes(vec!["a".into(), "b".into()]);
         let point = |count, score| CurvePoint { count, scores: vec![score], score };
         let gains = vec![CurveGain { more: 20.0, gain: 2.04, interval: [0.0, 4.1] }];
-        let law = CurveLaw { floor: 9.0, scale: 40.0, rate: 0.5, level: Some((9.0, [6.0, 12.0])), gains };
+        let (level, forecast) = (Some((9.0, [6.0, 12.0])), Some((14.0, [12.5, 15.0])));
+        let law = CurveLaw { floor: 9.0, scale: 40.0, rate: 0.5, level, forecast, gains };
         let curve = LearningCurve {
             network: "mlp".into(),
             per: "class".into(),
-            points: vec![point(20.0, 80.0), point(40.0, 86.5)],
+            points: vec![point(16.0, 80.0), point(32.0, 85.5)],
+            whole: Some(point(40.0, 86.5)),
             law: Some(law),
         };
         assert_eq!(
             curve_words(&curve, &Primary::of(&task)),
             [
                 "mlp has 86.5 % with 40 training recordings of each class.",
+                "Inner folds, which have no test sample, forecast 86.0 % [85.0, 87.5] from 16, 32 recordings of each class.",
                 "20 more of each class: +2.0 points [0.0, 4.1].",
                 "It levels off at 91.0 % [88.0, 94.0].",
             ]

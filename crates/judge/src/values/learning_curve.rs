@@ -9,8 +9,11 @@ pub struct LearningCurve {
     pub network: String,
     /// The thing that a count is of: `class`, `part of the range`, or nothing where recordings are counted altogether.
     pub per: String,
-    /// From few recordings to all of a training part.
+    /// Scores on inner folds, from few recordings to all of an inner training part.
     pub points: Vec<CurvePoint>,
+    /// The training parts of the run, with the scores of its test parts; none in a file of an earlier version.
+    #[serde(default)]
+    pub whole: Option<CurvePoint>,
     /// The fitted law; none where the scores follow none.
     pub law: Option<CurveLaw>,
 }
@@ -35,9 +38,12 @@ pub struct CurveLaw {
     pub scale: f64,
     /// How fast it falls, above 0.
     pub rate: f64,
-    /// Score that it levels off at, with its 95 % interval; none where four sizes do not tell it.
+    /// Error with as many recordings as a training part of the run has, with its 95 % interval; none in a file of an earlier version.
+    #[serde(default)]
+    pub forecast: Option<(f64, [f64; 2])>,
+    /// Error that it levels off at, with its 95 % interval; none where four sizes do not tell it.
     pub level: Option<(f64, [f64; 2])>,
-    /// Gains of more recordings.
+    /// Gains of more recordings than a training part of the run has.
     pub gains: Vec<CurveGain>,
 }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use serde_json::{Value, json};
-use taxel_data::Dataset;
+use taxel_data::{Dataset, Fold};
 
 use crate::encoding::{Encoder, Encoding};
 use crate::error::{Error, Result};
@@ -19,6 +19,7 @@ use crate::run::protocol::Protocol;
 use crate::run::records::FoldKey;
 use crate::run::results::Results;
 use crate::run::run::ActiveRun;
+use crate::run::work::RowWork;
 
 /// Networks and baselines that are trained and tested on the same folds of one data set.
 ///
@@ -109,6 +110,14 @@ impl<'a> CrossValidation<'a> {
     /// As [`CrossValidation::run_in`], before anything is trained.
     pub fn keys(self) -> Result<Vec<FoldKey>> {
         Ok(self.plan()?.keys)
+    }
+
+    /// Counts the trainings of each row, on the folds of the run and on `further` ones.
+    ///
+    /// # Errors
+    /// As [`CrossValidation::run_in`], before anything is trained.
+    pub fn work(self, further: &[Fold]) -> Result<Vec<RowWork>> {
+        Ok(self.plan()?.work(further))
     }
 
     /// Trains and tests everything in memory: no file is written, no model kept.

@@ -18,5 +18,7 @@ pub(crate) mod records;
 pub(crate) mod results;
 pub(crate) mod run;
 pub(crate) mod run_models;
+#[cfg(feature = "tensorboard")]
 pub(crate) mod tensorboard;
 pub(crate) mod unknown;
+pub(crate) mod work;

@@ -8,8 +8,7 @@ use taxel_data::{Dataset, Facts};
 use crate::error::{Error, Result};
 use crate::estimator::candidate::Candidate;
 use crate::estimator::train_fold::{FoldJob, train_fold};
-use crate::json_file::{write_atomic, write_json};
-use crate::metrics::Metric;
+use crate::json_file::write_json;
 use crate::model::Model;
 use crate::progress::Progress;
 use crate::run::assemble::{assemble, fill};
@@ -21,6 +20,7 @@ use crate::run::plan::{RunPlan, shortcut};
 use crate::run::quantized_run::kept;
 use crate::run::records::{FoldKey, FoldRecord, Timing};
 use crate::run::results::Results;
+#[cfg(feature = "tensorboard")]
 use crate::run::tensorboard;
 use crate::training::feature_cache::FeatureCache;
 use crate::training::hooks::Hooks;
@@ -285,12 +285,8 @@ impl<'a> ActiveRun<'a> {
             return Ok(());
         };
         self.timings.push(write_json(&folder.timing_path(&timing.key), &timing, true)?);
-        if !record.epochs.is_empty() {
-            let primary = Metric::primary(&self.plan.dataset.task());
-            let events = folder.events_path(&record.key);
-            std::fs::create_dir_all(&events).map_err(|e| Error::io(&events, "created", e))?;
-            write_atomic(&events.join("events.out.tfevents.0"), &tensorboard::events(&record, primary))?;
-        }
+        #[cfg(feature = "tensorboard")]
+        tensorboard::write(folder, &record, &self.plan.dataset.task())?;
         // Last: a fold with a record is a finished fold.
         self.records.push(write_json(&folder.record_path(&record.key), &record, false)?);
         Saver::remove(&folder.session_path(&record.key))

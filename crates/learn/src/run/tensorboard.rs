@@ -7,7 +7,12 @@
 use crc::{CRC_32_ISCSI, Crc};
 use prost::Message;
 
+use taxel_data::Task;
+
+use crate::error::{Error, Result};
+use crate::json_file::write_atomic;
 use crate::metrics::Metric;
+use crate::run::folder::RunFolder;
 use crate::run::records::FoldRecord;
 
 /// CRC-32C, by Castagnoli's polynomial.
@@ -41,8 +46,21 @@ struct Scalar {
     simple_value: Option<f32>,
 }
 
+/// Writes the events of a fold into the run folder, where it has epochs.
+///
+/// # Errors
+/// A file that cannot be written.
+pub(crate) fn write(folder: &RunFolder, record: &FoldRecord, task: &Task) -> Result<()> {
+    if record.epochs.is_empty() {
+        return Ok(());
+    }
+    let at = folder.events_path(&record.key);
+    std::fs::create_dir_all(&at).map_err(|e| Error::io(&at, "created", e))?;
+    write_atomic(&at.join("events.out.tfevents.0"), &events(record, Metric::primary(task)))
+}
+
 /// Returns the file of one fold: one event per epoch with its losses and its values of the `primary` metric.
-pub(crate) fn events(record: &FoldRecord, primary: &Metric) -> Vec<u8> {
+fn events(record: &FoldRecord, primary: &Metric) -> Vec<u8> {
     let [of_training, of_validation] = ["train", "validation"].map(|part| format!("{}/{part}", primary.name));
     let version =
         Event { wall_time: Some(0.0), file_version: Some("brain.Event:2".into()), ..Event::default() };

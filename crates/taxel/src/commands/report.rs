@@ -7,8 +7,8 @@ use std::sync::atomic::AtomicBool;
 use clap::{Args, ValueHint};
 use serde_json::json;
 use taxel::judge::{
-    Case, Choice, Criteria, Judgement, OverviewRun, StressOptions, across, choose, curve_words, named_scores,
-    overview,
+    Case, Choice, Criteria, Judgement, LearningCurve, OverviewRun, StressOptions, across, choose,
+    curve_words, named_scores, overview,
 };
 use taxel::reporting::{self, before, open};
 use taxel::shrink::learning_curve;
@@ -49,8 +49,8 @@ pub struct Report {
     /// Tests each network behind a guard as well, as `taxel stress --compare-guard`.
     #[arg(long, alias = "guard")]
     compare_guard: bool,
-    /// Trains the network that is taken on an eighth, a quarter and half of the recordings as well, to say what more of them
-    /// would bring.
+    /// Trains the network that is taken on an eighth, a quarter, half and all of inner folds of the training parts as well, to say
+    /// what more recordings would bring. `taxel run --plan` says what that costs.
     #[arg(long)]
     learning_curve: bool,
     /// Measures anew, also where judgement.json is there.
@@ -172,7 +172,8 @@ fn with_curve(
     let choice = choose(case, &judgement, &Criteria::default())?;
     let row = choice.chosen.unwrap_or(choice.best);
     let network = case.results.in_floats(&row).to_string();
-    if judgement.learning_curve.as_ref().is_some_and(|curve| curve.network == network) {
+    let is_same = |curve: &LearningCurve| curve.network == network && curve.whole.is_some();
+    if judgement.learning_curve.as_ref().is_some_and(is_same) {
         return Ok(judgement);
     }
     let registry = Registry::built_in();

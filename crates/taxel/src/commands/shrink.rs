@@ -131,13 +131,17 @@ impl Shrink {
 
 /// Says how much there is to do: `84 trainings at most, about 6 min`.
 fn words(estimate: &Estimate) -> String {
-    let time = match estimate.seconds {
-        None => String::new(),
-        Some(seconds) if seconds < 90.0 => format!(", about {:.0} s", seconds.max(1.0)),
-        Some(seconds) if seconds < 5400.0 => format!(", about {:.0} min", seconds / 60.0),
-        Some(seconds) => format!(", about {:.1} h", seconds / 3600.0),
-    };
+    let time = estimate.seconds.map_or(String::new(), |seconds| format!(", about {}", time_words(seconds)));
     format!("{} trainings at most{time} if each takes as long as in the run", estimate.trainings)
+}
+
+/// Says an estimated time in the unit of its size: `40 s`, `6 min`, `2.5 h`.
+pub fn time_words(seconds: f64) -> String {
+    match seconds {
+        seconds if seconds < 90.0 => format!("{:.0} s", seconds.max(1.0)),
+        seconds if seconds < 5400.0 => format!("{:.0} min", seconds / 60.0),
+        seconds => format!("{:.1} h", seconds / 3600.0),
+    }
 }
 
 /// Returns the network that suffices, or else the best; of models in eight bits the network in floats, which can be

@@ -1,21 +1,17 @@
 //! How long a first experiment takes here, and what of it fits a budget.
 
 use std::sync::atomic::AtomicBool;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use taxel_data::Dataset;
-use taxel_learn::{Recipe, RunOptions, Silent};
+use taxel_learn::Recipe;
 use taxel_zoo::Registry;
 
 use crate::error::Result;
 use crate::experiment::{Experiment, Overrides};
-use crate::run::Runner;
+use crate::measured::{Estimate, measured};
 use crate::start::start::Start;
 
-/// Samples that each method is tried on.
-const TRIED: usize = 256;
-/// Epochs of which the time of one is measured.
-const MORE_EPOCHS: usize = 4;
 /// Fewest epochs of a recipe that is shortened.
 const LEAST_EPOCHS: usize = 20;
 /// How much longer a training under faults takes, whose samples are encoded anew in every epoch.
@@ -24,19 +20,6 @@ const UNDER_FAULTS: f64 = 1.3;
 const COPIES: f64 = 5.0;
 /// Share of the budget that the estimate may take: what it leaves out are tests, tables and files.
 const SHARE: f64 = 0.8;
-
-/// The time that one method takes, measured on a few samples.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Estimate {
-    /// Name of the network or baseline.
-    pub name: String,
-    /// Whether it is a network, whose time grows with its epochs.
-    pub is_network: bool,
-    /// Seconds for one sample before the first epoch, such as its encoding; of a baseline for all.
-    pub begin: f64,
-    /// Seconds for one sample in one epoch; 0 of a baseline.
-    pub epoch: f64,
-}
 
 impl Start {
     /// Measures a few epochs of each network, and each baseline, on up to 256 samples.
@@ -49,34 +32,13 @@ impl Start {
         registry: &Registry,
         cancel: &AtomicBool,
     ) -> Result<Vec<Estimate>> {
-        let step = dataset.len().div_ceil(TRIED).max(1);
-        let rows: Vec<usize> = (0..dataset.len()).step_by(step).collect();
-        let few = dataset.select(&rows);
         let clean = Start { is_hardened: false, ..self.clone() };
-        let of_epochs = |epochs: usize| {
-            let set = vec![format!("train.epochs={epochs}"), "train.least_steps=1".into()];
-            let overrides = Overrides { set, ..Overrides::default() };
-            Experiment::parse(&clean.to_toml(), &self.file(), &overrides, registry)
-        };
-        let [short, long] = [of_epochs(1)?, of_epochs(1 + MORE_EPOCHS)?];
-        let options = RunOptions { threads: Some(1), ..RunOptions::default() };
-        // None where it cannot be fitted: the run leaves it out with its reason.
-        let timed = |experiment: &Experiment, name: &str| {
-            let begun = Instant::now();
-            let runner = Runner { experiment, registry, dataset: &few };
-            runner.fit(name, &options, None, &Silent, cancel).ok()?;
-            Some(begun.elapsed().as_secs_f64() / rows.len().max(1) as f64)
-        };
-        let config = short.config();
-        let networks = config.networks.iter().map(|network| (network.label.clone(), true));
-        let baselines = config.methods().into_iter().map(|method| (method.name().to_string(), false));
-        let mut estimates = vec![];
-        for (name, is_network) in networks.chain(baselines) {
-            let Some(begin) = timed(&short, &name) else { continue };
-            let more = if is_network { timed(&long, &name).unwrap_or(begin) - begin } else { 0.0 };
-            estimates.push(Estimate { name, is_network, begin, epoch: more.max(0.0) / MORE_EPOCHS as f64 });
-        }
-        Ok(estimates)
+        let experiment = Experiment::parse(&clean.to_toml(), &self.file(), &Overrides::default(), registry)?;
+        let config = experiment.config();
+        let networks = config.networks.iter().map(|network| network.label.clone());
+        let baselines = config.methods().into_iter().map(|method| method.name().to_string());
+        let names: Vec<String> = networks.chain(baselines).collect();
+        measured(&experiment, (registry, dataset), &names, cancel)
     }
 
     /// Leaves out what does not fit `budget` on `threads` threads: epochs down to half, then the last networks, and of one network

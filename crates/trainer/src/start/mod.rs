@@ -5,5 +5,4 @@ mod families;
 #[expect(clippy::module_inception, reason = "the experiment itself, which its folder is named after")]
 mod start;
 
-pub use budget::Estimate;
 pub use start::Start;

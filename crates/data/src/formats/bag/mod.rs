@@ -12,6 +12,8 @@ pub(crate) mod image;
 pub(crate) mod json;
 #[cfg(feature = "mcap")]
 pub(crate) mod message;
+#[cfg(feature = "mcap")]
+pub(crate) mod messages;
 pub(crate) mod names;
 #[cfg(feature = "mcap")]
 pub(crate) mod numbers;

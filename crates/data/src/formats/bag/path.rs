@@ -6,7 +6,7 @@ use crate::{Error, Result};
 use std::path::{Path, PathBuf};
 
 /// Checks whether a path is a bag: an MCAP file, or the folder that rosbag2 makes of one recording.
-pub(crate) fn is_bag(path: &Path) -> bool {
+pub fn is_bag(path: &Path) -> bool {
     is_part(path) || path.join("metadata.yaml").is_file() && parts(path).is_ok_and(|files| !files.is_empty())
 }
 

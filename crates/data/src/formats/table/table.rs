@@ -130,8 +130,9 @@ pub(crate) fn read(
         TableForm::Long => long::read(table, &columns, &channels, options)?,
     };
     if let Some(timing) = &timing {
-        facts.rate = Some(timing.rate());
-        facts.stamped = facts.rate;
+        let rate = Some(timing.rate());
+        names_file::stamp(&mut facts, rate, options)?;
+        facts.rate = rate;
     }
     let name = |at: usize| table.header[at].clone();
     let mut y_names: Vec<String> = columns.labels.iter().map(|at| name(*at)).collect();

@@ -20,8 +20,8 @@ pub(super) fn curve(judgement: &Judgement) -> Option<Chart<'_>> {
     let curve = judgement.learning_curve.as_ref().filter(|curve| curve.points.len() > 1)?;
     let heading = judgement.primary().heading();
     let reading = format!(
-        "{heading} of {} against the number of training recordings, tested on the run's own test parts. Small dots: folds. Line: \
-         fitted power law, dashed beyond the recordings that there are.",
+        "{heading} of {} against the number of training recordings, tested on inner folds of the training parts. Small dots: folds. \
+         Line: fitted power law, dashed beyond them. Ring: the run itself, on its test parts, which the law has not seen.",
         curve.network
     );
     let title = format!("{heading} with fewer and more recordings");
@@ -33,15 +33,17 @@ fn draw(judgement: &Judgement, curve: &LearningCurve, paint: Paint) -> Canvas {
     let mut canvas = Canvas::new(WIDTH, HEIGHT, paint);
     let counts: Vec<f64> = curve.points.iter().map(|point| point.count).collect();
     let (first, last) = (counts[0], counts[counts.len() - 1]);
+    let from = curve.whole.as_ref().map_or(last, |whole| whole.count);
     let most = curve
         .law
         .as_ref()
-        .map_or(last, |law| last + law.gains.iter().map(|gain| gain.more).fold(0.0, f64::max));
+        .map_or(from, |law| from + law.gains.iter().map(|gain| gain.more).fold(0.0, f64::max));
     let score_at = |law: &CurveLaw, count: f64| {
         let error = law.floor + law.scale * count.powf(-law.rate);
         if primary.is_percent() { 100.0 - error } else { error }
     };
     let mut values: Vec<f64> = curve.points.iter().flat_map(|point| point.scores.iter().copied()).collect();
+    values.extend(curve.whole.iter().map(|whole| whole.score));
     values.extend(curve.law.iter().map(|law| score_at(law, most)));
     let frame = PlotFrame {
         x: AxisScale::log((first, most), (64.0, WIDTH - 24.0)),
@@ -49,7 +51,8 @@ fn draw(judgement: &Judgement, curve: &LearningCurve, paint: Paint) -> Canvas {
     };
     frame.draw_y(&mut canvas, tick);
     let mut ticks = counts;
-    if most > last {
+    ticks.extend(curve.whole.iter().map(|whole| whole.count));
+    if most > from {
         ticks.push(most);
     }
     frame.draw_x(&mut canvas, &ticks, digits);
@@ -71,6 +74,16 @@ fn draw(judgement: &Judgement, curve: &LearningCurve, paint: Paint) -> Canvas {
         let about = format!("{} recordings{of_each}: {}", digits(point.count), primary.value(point.score));
         canvas.hover(&about, |canvas| {
             canvas.circle(frame.at(point.count, point.score), 4.0, look.ink, Ink::Paper)
+        });
+    }
+    if let Some(whole) = &curve.whole {
+        let about = format!(
+            "{} recordings{of_each}, test parts of the run: {}",
+            digits(whole.count),
+            primary.value(whole.score)
+        );
+        canvas.hover(&about, |canvas| {
+            canvas.circle(frame.at(whole.count, whole.score), 5.0, Ink::Paper, look.ink);
         });
     }
     canvas

@@ -14,12 +14,37 @@ use crate::terminal::messages::{detail, note};
 #[derive(Args)]
 pub struct Budget {
     /// Time that the experiment of recordings may take on this machine: 90s, 10m, 2h. Epochs, networks and training under
-    /// faults are left out until it fits.
-    #[arg(long, value_name = "TIME", default_value = "10m", value_parser = humantime::parse_duration)]
-    budget: Duration,
+    /// faults are left out until it fits [default: 10m].
+    #[arg(long, value_name = "TIME", value_parser = humantime::parse_duration)]
+    budget: Option<Duration>,
 }
 
+/// Time of an experiment where nobody says another.
+const USUAL: Duration = Duration::from_secs(600);
+
 impl Budget {
+    /// Refuses a budget beside a config, which says itself what is run.
+    pub fn refuse(&self, config: &Path) -> Result<(), String> {
+        match self.budget {
+            None => Ok(()),
+            Some(_) => Err(format!(
+                "--budget limits what is chosen for recordings, and {} says itself what is run; leave it out, shorten the run with \
+                 --quick or --set train.epochs=N (--plan says what it takes), or name the recordings in place of the config",
+                config.display()
+            )),
+        }
+    }
+
+    /// Says that a run which goes on keeps its choice.
+    pub fn note_unused(&self, begun: &Path) {
+        if self.budget.is_some() {
+            note(format!(
+                "--budget: not used, {} says what is run; --resume goes on with it",
+                begun.display()
+            ));
+        }
+    }
+
     /// Chooses the experiment of the recordings at `path`, and says what it is. Each method is tried for a moment on a few of them.
     ///
     /// # Errors
@@ -40,7 +65,7 @@ impl Budget {
             let (begin, epoch) = (1e3 * estimate.begin, 1e3 * estimate.epoch);
             detail(format!("{}: {begin:.3} ms for a sample, and {epoch:.3} ms in an epoch", estimate.name));
         }
-        let start = whole.within(self.budget, &estimates, threads);
+        let start = whole.within(self.budget.unwrap_or(USUAL), &estimates, threads);
         note(start.summary());
         Ok(start)
     }

@@ -1,6 +1,7 @@
 //! `taxel record`: from a sensor to a labelled data set.
 
 mod faults;
+mod files;
 mod keys;
 mod live;
 mod opinion;
@@ -9,6 +10,7 @@ mod plan;
 mod recorder;
 mod sensor;
 mod set;
+mod source;
 mod take;
 
 use std::io::IsTerminal;
@@ -30,6 +32,7 @@ use crate::live::ServeOptions;
 use crate::terminal::interrupt::{INTERRUPTED, flag};
 use crate::terminal::messages::{note, warn};
 use faults::ChannelWatch;
+use files::FileKind;
 use keys::Keys;
 use live::LiveRecording;
 use opinion::Opinion;
@@ -51,7 +54,8 @@ const MOST: usize = 1 << 26;
 
 /// Records a labelled data set from a sensor, in folders that every other command reads.
 ///
-/// Each recording is one CSV file, `OUTPUT/LABEL/SESSION/001.csv`: time in seconds, then the channels under their names.
+/// Each recording is one CSV file, `OUTPUT/LABEL/SESSION/001.csv`: time in seconds, then the channels under their names; or one MCAP
+/// file, with --files mcap.
 /// `labels.json` beside the folders holds the rate, the unit, the full scale and the names of the channels. Each call is a
 /// session of its own unless --session names one; sessions are groups, so that a network is tested on one that it has not seen.
 /// The same command goes on where it was stopped; channels, rate and length have to agree.
@@ -73,12 +77,16 @@ const MOST: usize = 1 << 26;
            taxel record --serial /dev/ttyUSB0 --output skin/ --model skin.safetensors
            taxel record --serial /dev/ttyUSB0 --output skin/ --serve 127.0.0.1:8000
            sensor | taxel record --input - --label cup --count 5 --output skin/ --format json
+           taxel record --input drive.mcap --topic /skin --label cup --label bottle --output skin/ --files mcap
            taxel data check skin/"
 )]
 pub struct Record {
-    /// The file of lines to record from, as `taxel stream` reads them; - for standard input.
+    /// The file to record from: lines, as `taxel stream` reads them, or a bag (.mcap); - for standard input.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::Other)]
     input: Option<String>,
+    /// A topic of ROS 2 bags, or a field of one (/joint_states.effort) [default: the one that holds numbers].
+    #[arg(long, value_name = "TOPIC")]
+    topic: Option<String>,
     #[cfg(feature = "serial")]
     #[command(flatten)]
     port: PortOptions,
@@ -94,6 +102,9 @@ pub struct Record {
     /// The folder of the data set.
     #[arg(long, short, value_name = "FOLDER")]
     output: PathBuf,
+    /// The files of recordings: CSV, or MCAP [default: csv, or as in the folder].
+    #[arg(long, value_enum, value_name = "KIND")]
+    files: Option<FileKind>,
     /// Name of the session [default: session-1, or the next one].
     #[arg(long, value_name = "NAME")]
     session: Option<String>,
@@ -153,7 +164,7 @@ impl Record {
             pace: Pace::Fast,
             // Stamps that were counted would look like the sensor's.
             rate: None,
-            options: ReadOptions::default(),
+            options: ReadOptions { topics: self.topic.iter().cloned().collect(), ..ReadOptions::default() },
             as_is: false,
         };
         let page = self.serve.open()?;
@@ -225,28 +236,13 @@ impl Record {
 
     /// Returns the source, its name in messages, and how readings come.
     fn source(&self) -> Result<(StreamSource, String, SourceKind), String> {
+        let has_stamps = self.stamps.time.is_some() || self.stamps.clock.is_some();
         #[cfg(feature = "serial")]
-        if let Some(port) = &self.port.serial {
-            return Ok((
-                StreamSource::Serial { port: port.clone(), baud: self.port.baud },
-                port.clone(),
-                SourceKind::Port,
-            ));
+        if let (Some(port), None) = (&self.port.serial, &self.topic) {
+            let source = StreamSource::Serial { port: port.clone(), baud: self.port.baud };
+            return Ok((source, port.clone(), SourceKind::Port));
         }
-        match self.input.as_deref() {
-            None => Err("nothing to record from; say --serial PORT, or --input - for standard input".into()),
-            Some("-") => Ok((StreamSource::Input, "standard input".into(), SourceKind::Pipe)),
-            Some(path) => {
-                let source = StreamSource::Path(path.into());
-                if !source.has_lines() {
-                    return Err(format!(
-                        "{path}: is no file of lines (.csv, .txt, .jsonl), so its recordings have classes and lengths already; read \
-                         it as it is: taxel data check {path}"
-                    ));
-                }
-                Ok((source, path.into(), SourceKind::File))
-            }
-        }
+        source::source(self.input.as_deref(), self.topic.as_deref(), has_stamps)
     }
 
     /// Checks whether a person starts each recording.
@@ -297,6 +293,7 @@ impl Record {
             rows,
             rest,
             is_stamped: found.is_stamped,
+            files: self.files.or(known.map(|facts| facts.files)).unwrap_or_default(),
         })
     }
 
@@ -312,6 +309,9 @@ impl Record {
             facts.rows,
             facts.rest
         ));
+        if let Some(said) = unnamed(found, facts) {
+            note(said);
+        }
         if !found.left_out.is_empty() {
             note(format!("no channels, they count lines: {}", found.left_out.join(", ")));
         }
@@ -349,6 +349,21 @@ impl Record {
             _ => Ok(ExitCode::from(code)),
         }
     }
+}
+
+/// Says which names channels have whose source names none: a header that was sent before this program listened is lost.
+fn unnamed(found: &SensorFacts, facts: &SetFacts) -> Option<String> {
+    if found.is_named {
+        return None;
+    }
+    let names = match facts.channels.as_slice() {
+        [first, .., last] => format!("{first} to {last}, in this order"),
+        all => all.join(", "),
+    };
+    Some(format!(
+        "the source names no channels, so they are {names}; a header that it sent before this program listened is lost: if it sends \
+         one, begin this command first and start the sensor then"
+    ))
 }
 
 /// Refuses a name that is no name of a folder on every system, or that readers would take for something else.

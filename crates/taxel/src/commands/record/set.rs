@@ -1,15 +1,14 @@
 //! The folder that is recorded into: class folders, sessions in them, and `labels.json`.
 
 use std::collections::BTreeMap;
-use std::fmt::Write;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
 use serde_json::{Map, Value, json};
 use taxel::base::FileError;
 use taxel::base::files::write_whole;
-use taxel::data::{Layout, ReadOptions, whole_recordings};
 
+use super::files::{FileKind, read_back};
 use super::take::Taken;
 
 /// The file of facts.
@@ -32,6 +31,7 @@ pub struct SetFacts {
     /// The first of them that are at rest; 0 for none.
     pub rest: usize,
     pub is_stamped: bool,
+    pub files: FileKind,
 }
 
 /// A recording that was kept.
@@ -149,6 +149,10 @@ impl RecordedSet {
                     format!("{:.3} s", seconds(&wanted)),
                 ));
             }
+            if wanted.files != known.files {
+                let [there, here] = [known, &wanted].map(|facts| facts.files.ending().to_string());
+                return Err(differs("the kind of files", there, here));
+            }
             if wanted.is_stamped != known.is_stamped {
                 let words = |is_stamped| if is_stamped { "by time stamps" } else { "counted" };
                 return Err(differs("time", words(known.is_stamped).into(), words(wanted.is_stamped).into()));
@@ -182,20 +186,18 @@ impl RecordedSet {
         if self.lock.is_none() {
             self.lock = locked(&self.folder)?;
         }
-        let number = next_number(&folder);
-        let file = format!("{label}/{}/{number:03}.csv", self.session);
-        let path = folder.join(format!("{number:03}.csv"));
+        let name = format!("{:03}.{}", next_number(&folder), facts.files.ending());
+        let file = format!("{label}/{}/{name}", self.session);
+        let path = folder.join(name);
+        let bytes = facts.files.bytes(&facts.channels, taken, began);
+        let bytes = bytes.map_err(|why| FileError::new(&path, why))?;
         if self.kept.is_empty() {
             self.write_facts(&facts)?;
         }
-        write_whole(&path, csv(&facts.channels, taken).as_bytes())
-            .map_err(|e| FileError::io(&path, "written", &e))?;
+        write_whole(&path, &bytes).map_err(|e| FileError::io(&path, "written", &e))?;
         if let Err(why) = read_back(&path, &facts.channels, taken) {
             let _ = fs::remove_file(&path);
-            return Err(FileError::new(
-                &path,
-                format!("is not read as it was recorded: {why}; please report it"),
-            ));
+            return Err(FileError::new(&path, format!("is not read as it was recorded: {why}")));
         }
         let kept = Kept { file: file.clone(), label: label.into() };
         self.kept.push(kept.clone());
@@ -260,6 +262,7 @@ impl RecordedSet {
         recorded["time"] = json!(if facts.is_stamped { "stamps" } else { "counted" });
         recorded["readings"] = json!(facts.rows);
         recorded["rest"] = json!(facts.rest);
+        recorded["files"] = json!(facts.files.ending());
         let text = serde_json::to_string_pretty(&self.json).unwrap_or_default() + "\n";
         write_whole(&path, text.as_bytes()).map_err(|e| FileError::io(&path, "written", &e))
     }
@@ -295,6 +298,10 @@ fn facts_of(json: &Map<String, Value>, path: &Path) -> Result<Option<SetFacts>, 
             rows: number("readings")?,
             rest: number("rest")?,
             is_stamped: recorded.get("time")? == "stamps",
+            // Of an earlier version, which wrote nothing else.
+            files: recorded
+                .get("files")
+                .map_or(Some(FileKind::Csv), |name| FileKind::named(name.as_str()?))?,
         })
     };
     let why = "lacks facts that `taxel record` wrote (channels, rate, recorded.readings, recorded.rest, recorded.time); put \
@@ -308,7 +315,7 @@ fn recordings(folder: &Path) -> Result<(BTreeMap<String, usize>, Vec<String>), F
     for class in folders(folder)? {
         for session in folders(&folder.join(&class))? {
             let place = folder.join(&class).join(&session);
-            let count = entries(&place)?.into_iter().filter(|name| name.ends_with(".csv")).count();
+            let count = entries(&place)?.into_iter().filter(|name| number(name).is_some()).count();
             *counts.entry(class.clone()).or_insert(0) += count;
             if !sessions.contains(&session) {
                 sessions.push(session);
@@ -332,41 +339,12 @@ fn entries(folder: &Path) -> Result<Vec<String>, FileError> {
 /// Returns the number after that of the last recording in a folder.
 fn next_number(folder: &Path) -> u32 {
     let names = entries(folder).unwrap_or_default();
-    let numbers = names.iter().filter_map(|name| name.strip_suffix(".csv")?.parse::<u32>().ok());
-    numbers.max().unwrap_or(0) + 1
+    names.iter().filter_map(|name| number(name)).max().unwrap_or(0) + 1
 }
 
-/// Writes a recording as CSV: time in seconds, then the channels.
-fn csv(channels: &[String], taken: &Taken) -> String {
-    let quoted = |name: &String| {
-        let needs = name.contains([',', '"', ';', '\t']) || name.trim() != name;
-        if needs { format!("\"{}\"", name.replace('"', "\"\"")) } else { name.clone() }
-    };
-    let names: Vec<String> = channels.iter().map(quoted).collect();
-    let mut text = format!("time,{}\n", names.join(","));
-    for (time, row) in taken.times.iter().zip(taken.values.chunks_exact(channels.len().max(1))) {
-        let _ = write!(text, "{time}");
-        row.iter().for_each(|value| {
-            let _ = write!(text, ",{value}");
-        });
-        text.push('\n');
-    }
-    text
-}
-
-/// Reads a recording as every command will, and compares it.
-fn read_back(path: &Path, channels: &[String], taken: &Taken) -> Result<(), String> {
-    let options = ReadOptions { layout: Some(Layout::Series), ..ReadOptions::default() };
-    let (all, facts) = whole_recordings(path, &options, 2).map_err(|e| e.to_string())?;
-    let [one] = all.as_slice() else { return Err(format!("{} recordings", all.len())) };
-    if facts.channel_names != channels {
-        return Err(format!("its channels are {}", facts.channel_names.join(", ")));
-    }
-    if one.shape != [channels.len(), taken.times.len()] {
-        return Err(format!("its shape is {:?}", one.shape));
-    }
-    let rows = taken.times.len();
-    let is_equal =
-        |(i, value): (usize, &f32)| one.values[(i % channels.len()) * rows + i / channels.len()] == *value;
-    if taken.values.iter().enumerate().all(is_equal) { Ok(()) } else { Err("its values differ".into()) }
+/// Returns the number of a recording by the name of its file.
+fn number(name: &str) -> Option<u32> {
+    let (number, ending) = name.rsplit_once('.')?;
+    FileKind::named(ending)?;
+    number.parse().ok()
 }

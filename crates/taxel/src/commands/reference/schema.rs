@@ -9,7 +9,8 @@ use crate::{CommandResult, out, outln};
 
 /// Prints the JSON schema of a config: every key with its type, its default and its meaning.
 ///
-/// An editor of TOML completes and checks the keys of a config whose first line is `#:schema taxel.schema.json`.
+/// An editor of TOML completes and checks the keys of a config whose first line is `#:schema ./taxel.schema.json`: a path
+/// from the config's folder, or an address. `taxel init` writes both.
 #[derive(Args)]
 #[command(after_help = "Examples:  taxel schema > taxel.schema.json
            taxel schema --page > docs/config.md")]

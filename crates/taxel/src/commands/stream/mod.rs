@@ -279,6 +279,8 @@ impl Stream {
         match self.source() {
             StreamSource::Input => "standard input".into(),
             StreamSource::Path(path) => path.display().to_string(),
+            #[cfg(feature = "lab")]
+            StreamSource::Bag(path) => path.display().to_string(),
             #[cfg(feature = "serial")]
             StreamSource::Serial { port, .. } => port,
         }

@@ -1,5 +1,7 @@
 //! `taxel run`: the experiments of config files.
 
+mod plan;
+
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::AtomicBool;
@@ -37,6 +39,7 @@ use crate::{out, outln};
            taxel run configs/quickstart.toml --data presses/ --length resample:300
            TAXEL_DATA=/data taxel run configs/real/fsr-glove28.toml --resume
            taxel run configs/hardness/hardness.toml --only mlp,lstm --resume
+           taxel run configs/quickstart.toml --plan
            taxel run configs/quickstart.toml --set train.epochs=5 --print-config > mine.toml")]
 pub struct RunExperiments {
     /// Experiment files, or files and folders of recordings.
@@ -72,6 +75,10 @@ pub struct RunExperiments {
     /// Prints the whole config, with every default and what --quick, --set and others change, and trains nothing.
     #[arg(long, conflicts_with_all = ["resume", "only", "format", "json"])]
     print_config: bool,
+    /// Says how many trainings a run and its learning curve would be, and about how long they would take here. Each method is tried
+    /// for a moment on up to 256 samples; nothing else is trained, and nothing is written.
+    #[arg(long, conflicts_with_all = ["resume", "only", "print_config"])]
+    plan: bool,
     /// Seconds between two savings of a training [default: 10].
     #[arg(long, value_name = "SECONDS")]
     save_every: Option<f64>,
@@ -89,24 +96,14 @@ impl RunExperiments {
         let cancel = flag(GRACE)?;
         let registry = Registry::built_in();
         let threads = self.threads.count()?;
-        if let Some(path) = self.config.iter().find(|path| self.data.is_some() && !is_config(path)) {
-            return Err(format!("{} and --data are both recordings; keep one of them", path.display()).into());
-        }
-        let set = self.set.iter().cloned().chain(settings(&self.read_options)).collect();
-        let overrides =
-            Overrides { quick: self.quick, set, data: self.data.clone(), seed: self.seed, place: None };
-        // All configs are read before the first runs: a typo in the last one costs no hours.
-        let load = |path: &PathBuf| {
-            if is_config(path) {
-                Experiment::load(path, &overrides, &registry)
-            } else {
-                self.started(path, &registry, threads, &cancel)
-            }
-        };
-        let experiments = self.config.iter().map(load).collect::<Result<Vec<_>, _>>();
-        let experiments = experiments.map_err(|error| with_option_hint(error, None))?;
+        let experiments = self.experiments(&registry, threads, &cancel)?;
         if self.print_config {
             experiments.iter().for_each(|experiment| out!("{}", experiment.to_toml()));
+            return Ok(ExitCode::SUCCESS);
+        }
+        if self.plan {
+            let how = (threads, self.format.is_json());
+            plan::print_plans(&experiments, &registry, how, &cancel)?;
             return Ok(ExitCode::SUCCESS);
         }
         let threads = Some(threads);
@@ -146,6 +143,33 @@ impl RunExperiments {
         Ok(if finished { ExitCode::SUCCESS } else { ExitCode::from(1) })
     }
 
+    /// Reads all configs, before the first of them runs: a typo in the last one costs no hours.
+    fn experiments(
+        &self,
+        registry: &Registry,
+        threads: usize,
+        cancel: &AtomicBool,
+    ) -> Result<Vec<Experiment>, Box<dyn std::error::Error>> {
+        if let Some(path) = self.config.iter().find(|path| self.data.is_some() && !is_config(path)) {
+            return Err(format!("{} and --data are both recordings; keep one of them", path.display()).into());
+        }
+        if let Some(path) = self.config.iter().find(|path| is_config(path)) {
+            self.budget.refuse(path)?;
+        }
+        let set = self.set.iter().cloned().chain(settings(&self.read_options)).collect();
+        let overrides =
+            Overrides { quick: self.quick, set, data: self.data.clone(), seed: self.seed, place: None };
+        let load = |path: &PathBuf| {
+            if is_config(path) {
+                Experiment::load(path, &overrides, registry)
+            } else {
+                self.started(path, registry, threads, cancel)
+            }
+        };
+        let experiments = self.config.iter().map(load).collect::<Result<Vec<_>, _>>();
+        experiments.map_err(|error| with_option_hint(error, None))
+    }
+
     /// Chooses the experiment of recordings; one that goes on is that of its run folder.
     fn started(
         &self,
@@ -161,6 +185,7 @@ impl RunExperiments {
                 self.output.clone().unwrap_or_else(|| Path::new("runs").join(experiment::name_of(path)));
             let begun = folder.join(experiment::RUN_CONFIG);
             if begun.is_file() {
+                self.budget.note_unused(&begun);
                 let set = self.set.iter().cloned().chain(settings(&self.read_options)).collect();
                 return Experiment::load(&begun, &Overrides { set, ..overrides }, registry);
             }
