@@ -5,18 +5,30 @@
 mod common;
 
 use std::collections::BTreeMap;
+use std::sync::LazyLock;
 
 use common::{all_but, removable, truth};
 use serde_json::{Value, json};
 use taxel_scenes::{Scene, Settings, names};
+use tempfile::TempDir;
+
+/// Two objects: the built-in ones take seconds to build.
+static TETRAHEDRA: LazyLock<TempDir> = LazyLock::new(|| {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, z) in [("flat", 0.4), ("steep", 1.5)] {
+        let text = format!("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0.2 0.3 {z}\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n");
+        std::fs::write(folder.path().join(format!("{name}.obj")), text).unwrap();
+    }
+    folder
+});
 
 /// Few and small samples of a scene, all objects of a small subset.
 fn scene(name: &str, factors: Value, without: &[String]) -> taxel_scenes::Result<Scene> {
     let mut set = match name {
         "palpation" => json!({ "subset": "in-bag", "frames": 5 }),
-        "imprint" => json!({ "elements": 8 }),
+        "imprint" => json!({ "elements": 8, "meshes": TETRAHEDRA.path() }),
         "gel" => json!({ "pixels": 24 }),
-        "vision" => json!({ "pixels": 16 }),
+        "vision" => json!({ "pixels": 16, "meshes": TETRAHEDRA.path() }),
         _ => json!({}),
     };
     set["factors"] = factors;
