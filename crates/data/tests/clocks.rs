@@ -151,3 +151,17 @@ fn a_time_column_that_is_ignored_is_neither_time_nor_channel() {
         assert_eq!((data.x.shape(), data.spec.rate), (&[4, 1, 12][..], None), "{name}");
     }
 }
+
+#[test]
+fn a_counter_of_16_bits_may_wrap_to_0_and_never_reaches_its_range() {
+    let counted = |last: i64, next: i64| {
+        table("t_ms", 12, move |_, row| {
+            let row = row as i64;
+            (if row < 6 { last - 10 * (5 - row) } else { next + 10 * (row - 6) }).to_string()
+        })
+    };
+    assert_eq!(read(&counted(65_526, 0)).0.unwrap().spec.rate, Some(100.0));
+    // 65,536 is a stamp of more bits, whose time goes back.
+    let message = message(&counted(65_536, 10));
+    assert!(message.contains("65536 to 10"), "{message}");
+}

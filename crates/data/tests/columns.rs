@@ -438,3 +438,31 @@ fn order_of_columns_files_and_keys_changes_nothing() {
         }
     }
 }
+
+/// Three lines of two forces and a text.
+fn lines(file: usize) -> String {
+    (0..3).fold(String::new(), |text, row| {
+        let (a, b) = (force(file, row), force(row, file));
+        text + &format!("{{\"a\": {a}, \"b\": {b}, \"surface\": \"wood\"}}\n")
+    })
+}
+
+#[test]
+fn keys_of_json_are_channels_in_the_order_that_is_asked() {
+    let folder = set("jsonl", lines);
+    let read = |columns: &str| load(folder.path(), &table(columns)).unwrap();
+    let (turned, plain) = (read("column=b,column=a"), read("column=a,column=b"));
+    assert_eq!((names(&turned), names(&plain)), (vec!["b", "a"], vec!["a", "b"]));
+    assert_eq!((turned.x[[0, 0, 1]], turned.x[[0, 1, 1]]), (plain.x[[0, 1, 1]], plain.x[[0, 0, 1]]));
+}
+
+#[test]
+fn keys_of_json_that_are_no_numbers_or_not_there_are_refused() {
+    let folder = set("jsonl", lines);
+    for (option, word) in
+        [("column=surface", "holds no numbers"), ("time=t_ms", "\"t_ms\", which table.time")]
+    {
+        let message = refused(folder.path(), &table(option));
+        assert!(message.contains(word), "{option}: {message}");
+    }
+}

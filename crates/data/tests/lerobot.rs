@@ -305,3 +305,38 @@ fn a_column_of_time_that_is_to_be_ignored_is_and_actions_stay_out() {
     let data = load(root.path(), &ReadOptions { table, ..ReadOptions::default() }).unwrap();
     assert_eq!((data.x.shape(), data.spec.rate), (&[4, 2, ROWS][..], None));
 }
+
+#[test]
+fn classes_come_from_labels_features_or_the_task_in_this_order() {
+    let root = tempdir().unwrap();
+    let write = |with_task: bool, labels: Option<&str>| {
+        info(
+            root.path(),
+            "v2.1",
+            r#""observation.state": {"dtype": "float32", "shape": [2], "names": null}"#,
+        );
+        tasks(root.path());
+        for index in 0..4 {
+            let mut columns = vec![state(index)];
+            columns.extend(episode(index, index % 2, ROWS));
+            columns.retain(|(name, _)| with_task || *name != "task_index");
+            parquet(&root.path().join(format!("data/chunk-000/episode_{index:06}.parquet")), &columns);
+        }
+        let path = root.path().join("labels.csv");
+        match labels {
+            Some(text) => std::fs::write(path, text).unwrap(),
+            None => std::fs::remove_file(path).unwrap_or_default(),
+        }
+    };
+    let names = || load(root.path(), &ReadOptions::default()).map(|data| data.output_names());
+    let labels = "episode,label\n0,cup\n1,cup\n2,pen\n3,pen\n";
+    for with_task in [true, false] {
+        write(with_task, Some(labels));
+        assert_eq!(names().unwrap(), ["cup", "pen"], "task: {with_task}");
+    }
+    write(true, None);
+    assert_eq!(names().unwrap(), ["soft", "hard"]);
+    write(false, None);
+    let message = names().unwrap_err().to_string();
+    assert!(message.contains("label") && !message.contains("task_index"), "{message}");
+}

@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{f32s, files, i64s, npz, refused, samples};
+use common::{f32s, files, i64s, labels, npy, npz, refused, samples};
 use taxel_data::{Error, ReadOptions, check, check_with, load, recordings};
 use tempfile::tempdir;
 
@@ -66,7 +66,7 @@ fn texts_and_numbers_from_one_are_never_one_hot() {
     let folder = tempdir().unwrap();
     let words = |wanted: [&str; 4]| {
         let bytes: Vec<u8> = wanted.iter().flat_map(|word| word.bytes()).collect();
-        common::npy("|S1", false, &[2, 2], &bytes)
+        npy("|S1", false, &[2, 2], &bytes)
     };
     let path = npz(folder.path(), &[("x", samples(2)), ("y", words(["b", "a", "a", "b"]))]);
     let message = refused(&path, &ReadOptions::default());
@@ -129,4 +129,25 @@ fn one_class_is_nothing_to_tell_apart() {
     assert_eq!(refused(&path, &ReadOptions::default()), wanted);
     let problems = check(&path).unwrap().problems;
     assert!(problems.len() == 1 && problems[0].ends_with(wanted), "{problems:?}");
+}
+
+#[test]
+fn attributes_of_several_arrays_are_a_whole_number_for_each_sample() {
+    let folder = tempdir().unwrap();
+    let names = ["wet", "hot"].map(String::from).to_vec();
+    let options = ReadOptions { y: Some(names.clone().into()), attributes: names, ..ReadOptions::default() };
+    let with = |hot| npz(folder.path(), &[("x", samples(4)), ("wet", labels()), ("hot", hot)]);
+    let data = load(&with(i64s(&[4], &[0, 2, 1, 0])), &options).unwrap();
+    assert_eq!(data.targets.columns().unwrap().values(), [0, 0, 1, 2, 1, 1, 0, 0]);
+    // Two of each for half the samples, two of each, too few, texts.
+    let text: Vec<u8> = "abab".bytes().collect();
+    for hot in [
+        i64s(&[2, 2], &[0, 1, 1, 0]),
+        i64s(&[4, 2], &[0, 1, 1, 0, 0, 1, 1, 0]),
+        i64s(&[3], &[0, 1, 1]),
+        npy("|S1", false, &[4], &text),
+    ] {
+        let message = refused(&with(hot), &options);
+        assert!(message.contains("is no [N] of whole numbers from 0"), "{message}");
+    }
 }

@@ -117,3 +117,14 @@ fn images_are_told_from_what_lies_beside_them() {
     assert!(!are_images(&root.join("set")), "a set beside them");
     assert!(!are_images(&root.join("nothing")));
 }
+
+#[test]
+fn images_are_looked_for_three_folders_deep() {
+    let folder = tempdir().unwrap();
+    let deep = folder.path().join("1/2/3/4");
+    fs::create_dir_all(&deep).unwrap();
+    RgbImage::new(2, 2).save(deep.join("5.png")).unwrap();
+    let told: Vec<bool> =
+        ["", "1", "1/2", "1/2/3/4"].map(|below| are_images(&folder.path().join(below))).into();
+    assert_eq!(told, [false, false, true, true]);
+}

@@ -411,3 +411,14 @@ fn a_limit_of_samples_allows_as_many() {
     assert_eq!(read(two, &of(2)).len(), 2);
     assert!(message(two, &of(1)).contains("2 samples are more than the 1 allowed"));
 }
+
+#[test]
+fn a_form_or_a_shape_makes_a_table_of_a_file_whatever_columns_are_named() {
+    let text = "a,b,c\n1,2,3\n4,5,6\n";
+    let shape = |option: &str, rank| {
+        with(text, |path| recordings(path, &table(option), rank).unwrap().x.shape().to_vec())
+    };
+    assert_eq!(shape("column=a,column=b", 2), [1, 2, 2], "one recording");
+    assert_eq!(shape("wide,column=a,column=b", 2), [2, 2], "a sample in each row");
+    assert_eq!(shape("column=a,column=b,shape=1x2", 2), [2, 1, 2], "likewise");
+}

@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::{f32s, files, i64s, npz, refused};
+use common::{f32s, files, i64s, npy, npz, refused};
 use std::path::Path;
 use taxel_data::{
     Drop, Length, Npz, ReadOptions, Recordings, Shares, TableOptions, TargetOf, TaskKind, check_with,
@@ -241,4 +241,30 @@ fn a_random_split_keeps_the_windows_of_a_recording_together() {
     let groups = data.groups.unwrap();
     let trained: Vec<u32> = fold.train.iter().map(|row| groups[*row]).collect();
     assert!(fold.test.iter().all(|row| !trained.contains(&groups[*row])));
+}
+
+#[test]
+fn targets_of_time_steps_have_no_empty_axis() {
+    let folder = tempdir().unwrap();
+    let step = ReadOptions { target: Some(TargetOf::Step), ..window(2, 2) };
+    for shape in [&[2, 0][..], &[2, 0, 2], &[2, 4, 0]] {
+        let path = npz(folder.path(), &[("x", series()), ("y", f32s(shape, &[]))]);
+        let message = refused(&path, &step);
+        assert!(message.contains("targets of time steps are [N, T]"), "{shape:?}: {message}");
+    }
+}
+
+#[test]
+fn a_text_for_each_sample_of_one_time_step_is_its_class() {
+    let folder = tempdir().unwrap();
+    let text =
+        |text: &str| text.chars().flat_map(|letter| u32::from(letter).to_le_bytes()).collect::<Vec<u8>>();
+    let texts = |shape: &[u64], all: &str| npy("<U1", false, shape, &text(all));
+    let step = ReadOptions { target: Some(TargetOf::Step), ..window(1, 1) };
+    let x = f32s(&[3, 1, 1], &[0.0, 1.0, 2.0]);
+    let path = npz(folder.path(), &[("x", x), ("y", texts(&[3, 1], "aba"))]);
+    assert_eq!(load(&path, &step).unwrap().output_names(), ["a", "b"]);
+    // With more steps each column has texts of its own.
+    let path = npz(folder.path(), &[("x", series()), ("y", texts(&[2, 4], "aabbabba"))]);
+    assert!(refused(&path, &step).contains("holds texts for each time step"));
 }

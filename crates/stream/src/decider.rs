@@ -28,7 +28,10 @@ pub struct Decider {
     levels: Levels,
     hop: usize,
     before: usize,
+    /// The probability at which a window is decided that is not full.
     early: Option<f32>,
+    /// Looks at such a window at each tenth, not at each time step.
+    looks_at_tenths: bool,
     /// Time steps before which nothing is decided.
     least: usize,
     padding: Padding,
@@ -123,7 +126,8 @@ impl Decider {
             levels: card.levels(),
             hop: options.hop.unwrap_or((ticks / 4).max(1)),
             before,
-            early: options.early,
+            early: options.early.map(|asked| wanted(asked, card)),
+            looks_at_tenths: card.certainty.as_ref().is_some_and(|certainty| !certainty.tenths.is_empty()),
             least: options.least.unwrap_or(ticks.div_ceil(10)),
             padding: options.padding.unwrap_or(spec.padding()),
             sample: vec![0.0; ticks * window.each()],
@@ -228,8 +232,7 @@ impl Decider {
         let full = known == ticks;
         let is_tared = self.rest.as_ref().is_none_or(RestLevel::is_known);
         let predicted =
-            (is_tared && !self.decided && (full || (self.early.is_some() && known >= self.least)))
-                .then(|| self.predict_window());
+            (is_tared && !self.decided && (full || self.looks_early(known))).then(|| self.predict_window());
         let decides = predicted.as_ref().is_some_and(|sure| full || matches!(sure, Ok(true)));
         self.decided |= decides;
         if full {
@@ -242,6 +245,14 @@ impl Decider {
         let prediction = predicted.map(|_| &**probabilities);
         let reading = *readings - 1;
         Some(Decision { reading, known, ticks, health, familiarity, is_unknown, intervals, prediction })
+    }
+
+    /// Checks whether a window that is not full is predicted. What is known of a calibrated model is known of whole tenths: more
+    /// looks would be more chances to be sure and wrong.
+    fn looks_early(&self, known: usize) -> bool {
+        let tenths = |known: usize| 10 * known / self.window.ticks();
+        let is_tenth = known > 0 && tenths(known) > tenths(known - 1);
+        self.early.is_some() && known >= self.least && (is_tenth || !self.looks_at_tenths)
     }
 
     fn is_unknown(&self) -> bool {
@@ -295,14 +306,23 @@ fn numatac(transform: &Transform) -> Option<NumaTac> {
     }
 }
 
-/// Refuses early decisions that were no better than chance in the run that the model is of.
+/// Returns the probability at which early decisions are right as often as is asked, as far as the card says.
+fn wanted(asked: f32, card: &Card) -> f32 {
+    let record = card.certainty.as_ref().and_then(|certainty| certainty.early_at(f64::from(asked)));
+    record.map_or(asked, |record| asked.max(record.least as f32))
+}
+
+/// Refuses early decisions that held-out samples of the run contradict: no better than chance, or less often right than is asked.
 fn check_early(options: &StreamOptions, card: &Card) -> Result<()> {
     let Some(early) = options.early else { return Ok(()) };
     let record = card.certainty.as_ref().and_then(|certainty| certainty.early_at(f64::from(early)));
-    let Some(record) = record.filter(|record| record.is_chance()) else { return Ok(()) };
+    let Some(record) = record.filter(|record| record.is_chance() || record.is_unreached()) else {
+        return Ok(());
+    };
+    let start = if record.is_chance() { "decides by chance" } else { "is not reached" };
     let why = format!(
-        "decides by chance: of {} samples that training had not seen {} were decided early at {}, {:.0} % of them right, and \
-         the commonest answer is right in {:.0} %; leave --early out, or try a higher confidence",
+        "{start}: of {} samples that training had not seen {} were decided early at {}, {:.0} % of them right, and \
+         the commonest answer is right in {:.0} %; leave --early out, or try another confidence",
         record.of,
         record.decided,
         record.confidence,

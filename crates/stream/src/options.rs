@@ -12,7 +12,8 @@ pub struct StreamOptions {
     /// Time steps of a window before the one that contact begins with. Default 0; where the model looks for contact itself,
     /// half of what it can leave out.
     pub before: Option<usize>,
-    /// The probability, above 0 and at most 1, at which a window is decided before it is full.
+    /// The probability, above 0 and at most 1, at which a window is decided before it is full. A calibrated model waits for
+    /// more where its run says that early decisions would be right less often than this.
     pub early: Option<f32>,
     /// The familiarity, 0..1, up to which a window is unknown to the model; 0 for none. Default 0.
     pub unknown: f32,

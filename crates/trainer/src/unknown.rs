@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use taxel_data::{Fold, Task};
 use taxel_learn::certainty::{UnknownDraw, UnknownScores, UnknownTrial, WithoutClasses};
-use taxel_learn::{Candidate, Encoder, FoldKey, OneFold, Predictor, Progress, RunFolder};
+use taxel_learn::{Candidate, Encoder, FoldKey, NetworkResults, OneFold, Predictor, Progress, RunFolder};
 
 use crate::error::Result;
 use crate::run::Runner;
@@ -13,9 +13,10 @@ use crate::run::Runner;
 const BATCH: usize = 64;
 
 impl Runner<'_> {
-    /// Trains every row of the first repetition without some of the classes, as often as `trial` says, and scores its gate on
-    /// them; finished trainings are kept in `unknown/` of the run folder, and the scores in `unknown.json`. Rows without logits, or
-    /// with missing folds, are left out. None where fewer than three classes or values are learned.
+    /// Trains every row without some of the classes, as often as `trial` says, and scores its gate on them: on the test parts of
+    /// the first repetition, or of all where each has one. Finished trainings are kept in `unknown/` of the run folder, and the
+    /// scores in `unknown.json`. Rows without logits, with missing folds or with one test part are left out. None where fewer than
+    /// three classes or values are learned.
     ///
     /// # Errors
     /// Data that cannot be encoded, training that diverges, files that cannot be read or written;
@@ -33,31 +34,24 @@ impl Runner<'_> {
         let labels: Vec<u32> = dataset.targets.labels().map_or(vec![], |labels| labels.values().to_vec());
         let mut encoder = Encoder::new(&config.encoding, dataset);
         let (candidates, _) = self.candidates(&mut encoder)?;
-        let folds = config.protocol.folds(dataset, config.seed, 0)?;
-        let results = folder.results()?;
-        let was_run = |name: &str| {
-            results.networks.iter().any(|row| row.network == name && row.folds.len() >= folds.len())
-        };
-        let is_tried = |candidate: &Candidate| candidate.estimator.has_logits() && was_run(&candidate.name);
-        let candidates: Vec<Candidate> = candidates.into_iter().filter(is_tried).collect();
         let draws = (0..trial.draws).map(|draw| trial.drawn(classes.len(), config.seed, draw));
         let Some(draws) = draws.collect::<Option<Vec<_>>>() else { return Ok(None) };
-        let total = candidates.len() * draws.len() * folds.len();
+        let rows = self.rows(&candidates, folder, progress)?;
+        let total = draws.len() * rows.iter().map(|row| row.parts.len()).sum::<usize>();
         let (mut scores, mut done) = (vec![], 0);
         progress.start(total as u64);
-        for candidate in &candidates {
+        for Row { name, candidate, parts } in &rows {
             encoder.prepare(&candidate.inputs())?;
-            let mut own = UnknownScores { network: candidate.name.clone(), draws: vec![] };
+            let mut own = UnknownScores { network: name.clone(), draws: vec![] };
             for left_out in &draws {
                 let mut trainings = vec![];
-                for (number, fold) in folds.iter().enumerate() {
-                    let key = FoldKey { network: candidate.name.clone(), repetition: 0, fold: number };
+                for Part { number, key, fold } in parts {
                     done += 1;
-                    progress.fold(&key, done, total);
-                    let (encoder, labels) = (&encoder, labels.as_slice());
+                    progress.fold(key, done, total);
+                    let (encoder, labels, key) = (&encoder, labels.as_slice(), key.clone());
                     let training =
                         Training { runner: self, encoder, candidate, left_out, labels, key, threads };
-                    let found = training.kept_or_run(folder, fold, cancel)?;
+                    let found = training.kept_or_run(folder, fold, *number, cancel)?;
                     let Some(found) = found.filter(|_| !cancel.load(Ordering::Relaxed)) else {
                         progress.finish();
                         let (done, folder) = (done - 1, folder.path().display().to_string());
@@ -66,7 +60,8 @@ impl Runner<'_> {
                     progress.step(1);
                     trainings.push(found);
                 }
-                own.draws.extend(UnknownDraw::of(&trainings, classes.len()));
+                let groups = dataset.groups.as_deref().filter(|_| config.protocol.keeps_groups());
+                own.draws.extend(UnknownDraw::of(&trainings, classes.len(), groups));
             }
             scores.push(own);
         }
@@ -74,6 +69,67 @@ impl Runner<'_> {
         folder.write_unknown(&scores)?;
         Ok(Some(scores))
     }
+
+    /// Lists the rows of a run whose gates can be tried.
+    fn rows<'c>(
+        &self,
+        candidates: &'c [Candidate],
+        folder: &RunFolder,
+        progress: &dyn Progress,
+    ) -> Result<Vec<Row<'c>>> {
+        let protocol = &self.experiment.config().protocol;
+        let folds = |repetition| protocol.folds(self.dataset, self.experiment.config().seed, repetition);
+        let first = folds(0)?;
+        let results = folder.results()?;
+        let mut rows = vec![];
+        for candidate in candidates.iter().filter(|candidate| candidate.estimator.has_logits()) {
+            for (name, few) in protocol.rows_of(&candidate.name) {
+                let key = |repetition, fold| FoldKey { network: name.clone(), repetition, fold };
+                let parts: Vec<Part> = if few.is_some() || first.len() == 1 {
+                    let place = few.map_or(0, |(_, fold)| fold);
+                    let part = |repetition: usize| {
+                        let fold = folds(repetition)?.swap_remove(place);
+                        Ok(Part { number: repetition as u32, key: key(repetition, 0), fold })
+                    };
+                    (0..protocol.repetitions()).map(part).collect::<Result<_>>()?
+                } else {
+                    let part = |(number, fold): (usize, &Fold)| Part {
+                        number: number as u32,
+                        key: key(0, number),
+                        fold: fold.clone(),
+                    };
+                    first.iter().enumerate().map(part).collect()
+                };
+                let was_run = |row: &NetworkResults| row.network == name && row.folds.len() >= parts.len();
+                if !results.networks.iter().any(was_run) {
+                    continue;
+                }
+                if parts.len() < 2 {
+                    progress.say(&format!(
+                        "{name}: the gate for unknown classes is not tried, for it is fitted on other test parts and there is one; \
+                         use k-fold or more repetitions"
+                    ));
+                    continue;
+                }
+                rows.push(Row { name, candidate, parts });
+            }
+        }
+        Ok(rows)
+    }
+}
+
+/// A row whose gate is tried.
+struct Row<'c> {
+    name: String,
+    candidate: &'c Candidate,
+    parts: Vec<Part>,
+}
+
+/// A test part of a row.
+struct Part {
+    number: u32,
+    key: FoldKey,
+    fold: Fold,
 }
 
 /// One training without some classes.
@@ -96,7 +152,7 @@ impl Training<'_> {
         let Fold { train, test, validation } = fold;
         let parts = serde_json::json!({
             "candidate": self.candidate.identity(), "encoding": config.encoding, "data": dataset.digest, "facts": dataset.facts(),
-            "seed": config.seed, "fold": self.key.fold, "rows": [train, test, validation], "without": self.left_out,
+            "seed": config.seed, "row": self.key.network, "repetition": self.key.repetition, "fold": self.key.fold, "rows": [train, test, validation], "without": self.left_out,
             "taxel": env!("CARGO_PKG_VERSION"),
         });
         blake3::hash(parts.to_string().as_bytes()).to_hex().to_string()
@@ -107,18 +163,19 @@ impl Training<'_> {
         &self,
         folder: &RunFolder,
         fold: &Fold,
+        part: u32,
         cancel: &AtomicBool,
     ) -> Result<Option<WithoutClasses>> {
         let of = self.digest(fold);
         if let Some(found) = folder.without_classes(&of)? {
             return Ok(Some(found));
         }
-        let made = self.run(fold, cancel)?;
+        let made = self.run(fold, part, cancel)?;
         made.iter().try_for_each(|made| folder.keep_without_classes(&of, made))?;
         Ok(made)
     }
 
-    fn run(&self, fold: &Fold, cancel: &AtomicBool) -> Result<Option<WithoutClasses>> {
+    fn run(&self, fold: &Fold, part: u32, cancel: &AtomicBool) -> Result<Option<WithoutClasses>> {
         let Runner { dataset, experiment, .. } = self.runner;
         let config = experiment.config();
         let is_kept = |row: &usize| !self.left_out.contains(&self.labels[*row]);
@@ -147,7 +204,7 @@ impl Training<'_> {
         let (rows, logits) = answers(&predictor, dataset, &fold.test)?;
         Ok(Some(WithoutClasses {
             classes: self.left_out.to_vec(),
-            fold: self.key.fold as u32,
+            fold: part,
             truth: rows.iter().map(|row| self.labels[*row]).collect(),
             rows,
             logits,

@@ -615,3 +615,40 @@ fn what_cannot_be_hardened_is_refused_by_its_key() {
     let error = refusal(&["harden={faults={kinds=[\"shift\"]}}"]);
     assert!(error.contains("faults.kinds = shift"), "{error}");
 }
+
+#[test]
+fn gates_are_tried_on_every_row_of_a_learning_curve_and_on_repeated_cuts() {
+    let tried = |protocol: &str| {
+        let sets = [
+            "data.samples=240",
+            "networks=[]",
+            "baselines=[{ name = \"mini-rocket\", features = 84 }]",
+            "unknown={ draws = 2 }",
+            protocol,
+        ];
+        let (dir, experiment) = (tempfile::tempdir().unwrap(), experiment(TINY, &sets));
+        let (dataset, registry) = (experiment.dataset().unwrap(), Registry::built_in());
+        let folder = go(&experiment, &dataset, &dir.path().join("run")).unwrap();
+        let trial = experiment.config().unknown.unwrap();
+        let runner = Runner { experiment: &experiment, registry: &registry, dataset: &dataset };
+        let scores =
+            runner.try_unknown(&folder, &trial, 1, &Silent, &AtomicBool::new(false)).unwrap().unwrap();
+        scores.into_iter().map(|row| (row.network, row.draws)).collect::<Vec<_>>()
+    };
+    let curve =
+        tried("protocol={ kind = \"few-samples\", per_class = [5, 20], test = 0.3, repetitions = 3 }");
+    assert_eq!(
+        curve.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>(),
+        ["mini-rocket.n5", "mini-rocket.n20"]
+    );
+    let cuts = tried("protocol={ kind = \"random-splits\", test = 0.3, repetitions = 3 }");
+    assert_eq!((cuts.len(), cuts[0].0.as_str()), (1, "mini-rocket"));
+    for (name, draws) in curve.iter().chain(&cuts) {
+        assert_eq!(draws.len(), 2, "{name}");
+        // Three tests of 72 samples; one class of three is left out.
+        assert!(draws.iter().all(|draw| (draw.known, draw.unknown) == (144, 72)), "{name}: {draws:?}");
+    }
+    assert_ne!(curve[0].1, curve[1].1);
+    // One test part leaves nothing to fit a gate on.
+    assert!(tried("protocol={ kind = \"random-splits\", test = 0.3, repetitions = 1 }").is_empty());
+}

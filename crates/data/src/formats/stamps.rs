@@ -116,7 +116,7 @@ impl StampRule {
         let (from, to) = (Plain(self.last), Plain(stamp));
         for (range, bits) in WRAPS {
             let step = stamp + range - self.last;
-            if stamp < 0.0 || self.last >= range || step <= 0.0 {
+            if stamp < 0.0 || self.last >= range {
                 continue;
             }
             let is_likely = match self.steps {

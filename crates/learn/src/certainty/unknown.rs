@@ -1,5 +1,7 @@
 //! A gate in front of classes that nobody learned: trainings without some of the classes.
 
+use std::collections::HashSet;
+
 use rand::seq::SliceRandom;
 use serde::{Deserialize, Serialize};
 
@@ -56,7 +58,7 @@ impl UnknownTrial {
 pub struct WithoutClasses {
     /// Classes that were left out, ascending.
     pub classes: Vec<u32>,
-    /// The test part.
+    /// The test part: a fold, or a repetition where each has one test part.
     pub fold: u32,
     /// Positions of its samples in the data set.
     pub rows: Vec<usize>,
@@ -100,17 +102,19 @@ pub struct UnknownDraw {
 }
 
 impl UnknownDraw {
-    /// Scores the trainings of one draw, one for each part of the split; `classes` is the number of all classes. None where a
-    /// gate cannot be fitted.
-    pub fn of(trainings: &[WithoutClasses], classes: usize) -> Option<Self> {
+    /// Scores the trainings of one draw, one for each test part; `classes` is the number of all classes. A gate is fitted on the
+    /// other parts without the samples that it is tried on, nor those of their `groups` where the split keeps these together. None where one cannot be fitted.
+    pub fn of(trainings: &[WithoutClasses], classes: usize, groups: Option<&[u32]>) -> Option<Self> {
         let left_out = trainings.first()?.classes.clone();
         let kept: Vec<usize> = (0..classes).filter(|class| !left_out.contains(&(*class as u32))).collect();
         let levels = Levels::new(&[kept.len()]);
         let (mut known, mut unknown) = (vec![], vec![]);
         for own in trainings {
             let mut others = HeldOut::default();
+            let group = |row: &usize| groups.map_or(*row, |groups| groups[*row] as usize);
+            let tried: HashSet<usize> = own.rows.iter().map(group).collect();
             for other in trainings.iter().filter(|other| other.fold != own.fold) {
-                other.add_known(&kept, classes, &mut others);
+                other.add_known(&kept, classes, |row| !tried.contains(&group(row)), &mut others);
                 others.places.extend(other.places.clone().map(|places| (other.fold, places)));
             }
             let gate = Seen::fit(&others.divided(), &levels)?;
@@ -162,14 +166,14 @@ impl WithoutClasses {
         };
         let kept: Vec<usize> = (0..classes).filter(|class| !left_out.contains(&(*class as u32))).collect();
         let mut held = HeldOut::default();
-        all.add_known(&kept, classes, &mut held);
+        all.add_known(&kept, classes, |_| true, &mut held);
         Place::of_logits(&held.logits, &held.truth, &Levels::new(&[kept.len()]))
     }
 
-    /// Adds the samples of classes that were learned, numbered anew.
-    fn add_known(&self, kept: &[usize], classes: usize, held: &mut HeldOut) {
-        for ((label, row), place) in self.truth.iter().zip(self.logits.chunks_exact(classes)).zip(&self.rows)
-        {
+    /// Adds the samples `of` the data set whose classes were learned, numbered anew.
+    fn add_known(&self, kept: &[usize], classes: usize, of: impl Fn(&usize) -> bool, held: &mut HeldOut) {
+        let rows = self.truth.iter().zip(self.logits.chunks_exact(classes)).zip(&self.rows);
+        for ((label, row), place) in rows.filter(|(_, place)| of(place)) {
             let Some(number) = kept.iter().position(|class| *class == *label as usize) else { continue };
             held.logits.extend(kept.iter().map(|class| row[*class]));
             held.probabilities.extend(kept.iter().map(|class| row[*class]));
@@ -239,17 +243,25 @@ mod tests {
             WithoutClasses {
                 classes: vec![3],
                 fold,
-                rows: (0..60).collect(),
+                rows: (60 * fold as usize..60 * fold as usize + 60).collect(),
                 logits: logits.collect(),
                 truth,
                 places: None,
             }
         };
         let trainings: Vec<WithoutClasses> = (0..4).map(&mut training).collect();
-        let scores = UnknownDraw::of(&trainings, 4).unwrap();
+        let scores = UnknownDraw::of(&trainings, 4, None).unwrap();
         assert_eq!((scores.known, scores.unknown), (180, 60));
         assert!(scores.auroc > 0.98 && scores.refused > 0.9 && scores.false_alarms < 0.12, "{scores:?}");
-        assert!(UnknownDraw::of(&trainings[..1], 4).is_none(), "no part to fit a gate on");
+        assert!(UnknownDraw::of(&trainings[..1], 4, None).is_none(), "no part to fit a gate on");
+        // Test parts that overlap, as those of repeated cuts do: no gate has seen the samples that it is tried on.
+        let same = |training: &WithoutClasses| WithoutClasses { rows: (0..60).collect(), ..training.clone() };
+        let overlapping: Vec<WithoutClasses> = trainings.iter().map(same).collect();
+        assert!(UnknownDraw::of(&overlapping, 4, None).is_none(), "all samples are tried on");
+        assert!(UnknownDraw::of(&trainings, 4, Some(&[7; 240])).is_none(), "all are of one group");
+        let halves: Vec<u32> = (0..240).map(|row| row / 120).collect();
+        let by_group = UnknownDraw::of(&trainings, 4, Some(&halves)).unwrap();
+        assert!(by_group.known == 180 && by_group != scores, "the part of the same group is left out");
         // Networks whose logits lie elsewhere in each fold, each with its own places.
         let moved = |training: &WithoutClasses| {
             let off = 50.0 * training.fold as f32;
@@ -257,7 +269,7 @@ mod tests {
             let places = WithoutClasses::places_of(&[3], 4, &logits, &training.truth);
             WithoutClasses { logits, places, ..training.clone() }
         };
-        let moved = UnknownDraw::of(&trainings.iter().map(moved).collect::<Vec<_>>(), 4).unwrap();
+        let moved = UnknownDraw::of(&trainings.iter().map(moved).collect::<Vec<_>>(), 4, None).unwrap();
         assert!(moved.auroc > 0.98 && moved.refused > 0.9 && moved.false_alarms < 0.15, "{moved:?}");
     }
 }

@@ -10,7 +10,7 @@ use crate::estimator::candidate::{Candidate, Hardening};
 use crate::problem::Problem;
 use crate::progress::Progress;
 use crate::run::leaks::Leak;
-use crate::run::protocol::Protocol;
+use crate::run::protocol::{Protocol, few_name};
 use crate::run::records::FoldKey;
 use crate::run::results::{NetworkResults, Results, ScoringContext};
 
@@ -136,14 +136,8 @@ impl<'a> RunPlan<'a> {
 fn rows(candidates: &[Candidate], protocol: &Protocol) -> Result<Vec<PlannedRow>> {
     let mut rows: Vec<PlannedRow> = vec![];
     for (candidate, one) in candidates.iter().enumerate() {
-        match protocol.per_class() {
-            None => rows.push(PlannedRow { name: one.name.clone(), candidate, few: None }),
-            Some(counts) => rows.extend(counts.iter().enumerate().map(|(fold, &count)| PlannedRow {
-                name: few_name(&one.name, count),
-                candidate,
-                few: Some((count, fold)),
-            })),
-        }
+        let row = |(name, few)| PlannedRow { name, candidate, few };
+        rows.extend(protocol.rows_of(&one.name).into_iter().map(row));
     }
     for (i, row) in rows.iter().enumerate() {
         if rows[..i].iter().any(|other| other.name == row.name) {
@@ -195,10 +189,6 @@ fn hardening(row: &PlannedRow, candidate: &Candidate) -> Option<Hardening> {
         clean: candidate.twin.as_ref().map(|twin| of_twin(&twin.clean)),
         unmet: candidate.twin.as_ref().and_then(|twin| twin.unmet),
     })
-}
-
-fn few_name(name: &str, count: usize) -> String {
-    format!("{name}.n{count}")
 }
 
 fn empty_row(row: &PlannedRow, candidate: &Candidate, drawn: Vec<String>) -> NetworkResults {

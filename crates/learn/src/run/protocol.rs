@@ -175,6 +175,18 @@ impl Protocol {
         }
     }
 
+    /// Names the rows of a candidate in the table. Of a learning curve it has one for each number of training samples per
+    /// class: that number, and the fold of a repetition that has so many.
+    pub fn rows_of(&self, name: &str) -> Vec<(String, Option<(usize, usize)>)> {
+        match self.per_class() {
+            None => vec![(name.into(), None)],
+            Some(counts) => {
+                let row = |(fold, &count): (usize, &usize)| (few_name(name, count), Some((count, fold)));
+                counts.iter().enumerate().map(row).collect()
+            }
+        }
+    }
+
     /// Checks whether a group (session, object) is never on both sides of a cut.
     pub fn keeps_groups(&self) -> bool {
         matches!(self, Protocol::LeaveGroupOut { .. }) || self.split() == Split::Group
@@ -368,6 +380,11 @@ impl Protocol {
             Protocol::Fresh { .. } => world(dataset, repetition).map(|fold| vec![fold]),
         }
     }
+}
+
+/// Names the row of a learning curve with `count` training samples per class.
+pub(crate) fn few_name(name: &str, count: usize) -> String {
+    format!("{name}.n{count}")
 }
 
 /// Returns the groups that [`Protocol::inseparable`] insisted on.

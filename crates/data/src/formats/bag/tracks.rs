@@ -82,10 +82,10 @@ impl Track {
         Ok(self)
     }
 
-    /// Leaves out time and indices, as columns of a table are; not what a model reads.
+    /// Leaves out time and indices, as columns of a table are; not what a model reads. Numbers of images have no names.
     fn without_counters(mut self, model: &[String]) -> Self {
         let width = self.names.len();
-        if self.shape.len() != 1 || width == 0 {
+        if width == 0 {
             return self;
         }
         let is_kept = |at: usize| -> Result<(), &'static str> {

@@ -26,7 +26,7 @@ use crate::commands::arguments::lines::StampOptions;
 use crate::commands::arguments::model_recordings::{attributes, resize};
 use crate::live::ServeOptions;
 use crate::terminal::interrupt::flag;
-use crate::terminal::messages::{unwritable, warn};
+use crate::terminal::messages::{detail, unwritable, warn};
 use live::LiveStream;
 use output::{DecisionWriter, StreamSummary};
 
@@ -105,7 +105,8 @@ pub struct Stream {
     #[arg(long, value_name = "N", requires = "contact")]
     before: Option<usize>,
     /// Decides before the window is full, once per window, as soon as the likeliest class is this probable, 0 to 1. The rest
-    /// is padded. `taxel report` shows the accuracy of early predictions.
+    /// is padded. A calibrated model is looked at in tenths of the window, and waits until it is so sure that this share of
+    /// early decisions was right in its run. `taxel report` shows the accuracy of early predictions.
     #[arg(long, value_name = "CONFIDENCE")]
     early: Option<f32>,
     /// Fewest time steps of a window that is decided early [default: a tenth of a window].
@@ -245,11 +246,16 @@ impl Stream {
         let Some(early) = self.early else { return };
         match &card.certainty {
             Some(certainty) if !certainty.tenths.is_empty() => {
-                let record = certainty.early_at(f64::from(early)).filter(|record| record.decided == 0);
-                if let Some(record) = record {
-                    let of = record.of;
+                let Some(record) = certainty.early_at(f64::from(early)) else { return };
+                let of = record.of;
+                if record.decided == 0 {
                     warn(format!(
                         "--early {early}: none of {of} samples that training had not seen was decided early"
+                    ));
+                } else if record.least > record.confidence {
+                    detail(format!(
+                        "--early {early} waits for a probability of {:.3}: less sure answers to beginnings were wrong too often",
+                        record.least
                     ));
                 }
             }
