@@ -180,7 +180,7 @@ impl Protocol {
         }
     }
 
-    /// Names the rows of a candidate in the table. Of a learning curve it has one for each number of training samples per
+    /// Lists the rows of a candidate in the table by name. Of a learning curve it has one for each number of training samples per
     /// class: that number, and the fold of a repetition that has so many.
     pub fn rows_of(&self, name: &str) -> Vec<(String, Option<(usize, usize)>)> {
         match self.per_class() {
@@ -393,7 +393,7 @@ impl Protocol {
     }
 }
 
-/// Names the row of a learning curve with `count` training samples per class.
+/// Returns the name of the row of a learning curve with `count` training samples per class.
 pub(crate) fn few_name(name: &str, count: usize) -> String {
     format!("{name}.n{count}")
 }
