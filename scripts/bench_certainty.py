@@ -63,9 +63,9 @@ def figures(taxel, folder, row):
     card = json.loads(call(["inspect", model, "--format", "json"], taxel))
     certainty = card["certainty"]
     judged = json.loads((folder / "judgement.json").read_text())
-    own = next(entry for entry in judged["certainty"] if entry["network"] == row)
+    tried = next(entry["draws"] for entry in json.loads((folder / "unknown.json").read_text()) if entry["network"] == row)
+    unknown = {key: statistics.mean(draw[key] for draw in tried) for key in ("auroc", "auroc_softmax", "refused", "false_alarms")}
     results = json.loads((folder / "results.json").read_text())
-    unknown = own.get("unknown") or {}
     answers = next(kept for kept in certainty["sets"] if kept["share"] == 0.9)
     early = next((kept for kept in certainty.get("early", []) if kept["confidence"] == 0.9), {})
     network = next(entry for entry in judged["stress"]["networks"] if entry["network"] == row)

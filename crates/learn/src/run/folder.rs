@@ -115,7 +115,6 @@ impl RunFolder {
     }
 
     /// Returns the folder of a fold's TensorBoard events.
-    #[cfg(feature = "tensorboard")]
     pub(crate) fn events_path(&self, key: &FoldKey) -> PathBuf {
         self.path.join("tensorboard").join(key.to_string())
     }
