@@ -16,15 +16,14 @@ import argparse
 import json
 import os
 import pathlib
-import subprocess
 import tempfile
 
 import numpy as np
 import onnx
 import onnxruntime
 
-ROOT = pathlib.Path(__file__).resolve().parents[1]
-TAXEL = os.environ.get("TAXEL", str(ROOT / "target" / "release" / "taxel"))
+from program import ROOT, taxel
+
 PAGE = ROOT / "docs" / "benchmarks" / "add-class.md"
 NETWORK = "resnet8-lite-1d"
 SHOTS = (10,)
@@ -53,13 +52,6 @@ class_weights = "{weights}"
 [[networks]]
 name = "{network}"
 """
-
-
-def taxel(folder, *words):
-    done = subprocess.run([TAXEL, *words], cwd=folder, capture_output=True, text=True)
-    if done.returncode != 0:
-        raise SystemExit(f"taxel {' '.join(words)}: {done.stderr}")
-    return done.stdout
 
 
 def sets():

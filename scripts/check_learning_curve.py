@@ -15,13 +15,12 @@ import argparse
 import json
 import os
 import pathlib
-import subprocess
 import tempfile
 
 import numpy as np
 
-ROOT = pathlib.Path(__file__).resolve().parents[1]
-TAXEL = os.environ.get("TAXEL", str(ROOT / "target" / "release" / "taxel"))
+from program import ROOT, taxel
+
 PAGE = ROOT / "docs" / "benchmarks" / "learning-curve.md"
 BASELINES = ["mini-rocket", "k-nn"]
 NETWORKS = ["resnet8-lite-1d"]
@@ -41,13 +40,6 @@ optimizer = {{ name = "adamw", lr = 3e-3, weight_decay = 0.02, decay = "matrices
 schedule = {{ kind = "cosine" }}
 batch_norm = "population"
 """
-
-
-def taxel(folder, *words):
-    done = subprocess.run([TAXEL, *words], cwd=folder, capture_output=True, text=True)
-    if done.returncode != 0:
-        raise SystemExit(f"taxel {' '.join(words)}: {done.stderr}")
-    return done.stdout
 
 
 def sets():
@@ -98,11 +90,9 @@ def main():
                 if curve["law"] is None:
                     lines.append([name, method, seed, few, f"{before:.1f}", "no law", "–", "–"])
                     continue
-                gain = curve["law"]["gains"][-1]
-                larger = few + round(gain["more"] * FOLDS / (FOLDS - 1))
-                if larger > least:
-                    gain = curve["law"]["gains"][0]
-                    larger = few + round(gain["more"] * FOLDS / (FOLDS - 1))
+                # The most that the set has; a training part is smaller than the set by a fold.
+                gains = [(gain, few + round(gain["more"] * FOLDS / (FOLDS - 1))) for gain in curve["law"]["gains"]]
+                gain, larger = gains[-1] if gains[-1][1] <= least else gains[0]
                 after, _ = run(x, y, drawn(y, larger, seed), method, False)
                 low, high = gain["interval"]
                 came = after - before

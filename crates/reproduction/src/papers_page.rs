@@ -149,11 +149,11 @@ fn of_counts(pages: &Pages, table: &Printed, counts: &[u32]) -> Result<Vec<Strin
         let name = printed.row.as_deref().unwrap_or_default();
         let mut cells = vec![printed.is.clone()];
         for count in counts {
-            let own = score(pages, page, &format!("{name}.n{count}"), "simulated", ACCURACY)?;
+            let found = score(pages, page, &format!("{name}.n{count}"), "simulated", ACCURACY)?;
             let alone = printed.alone.as_ref().filter(|alone| alone.count == *count);
-            cells.push(shown(match (own, alone) {
+            cells.push(shown(match (found, alone) {
                 (None, Some(alone)) => Some(alone_score(pages, alone)?),
-                (own, _) => own,
+                (found, _) => found,
             }));
         }
         lines.push(row(&cells));

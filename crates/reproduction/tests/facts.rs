@@ -1,4 +1,4 @@
-//! What follows from the papers' printed numbers, and that configs and pages say so.
+//! Checks that configs and pages say what follows from the papers' printed numbers.
 
 #![allow(clippy::unwrap_used)]
 
@@ -125,14 +125,15 @@ fn other_epochs_than_the_paper_s_are_said() {
         let name = format!("visuotactile-001-eyes-table-{table_number}");
         let config = text(&format!("configs/visuotactile/{name}.toml"));
         let line = config.lines().find(|line| line.starts_with("epochs = ")).unwrap();
-        let own: u32 = line["epochs = ".len()..].split(' ').next().unwrap().parse().unwrap();
+        let ours: u32 = line["epochs = ".len()..].split(' ').next().unwrap().parse().unwrap();
         let remarks = text(&format!("docs/results/remarks/{name}.md"));
-        if own == paper {
+        if ours == paper {
             assert!(line.ends_with("# as the paper"), "{name}: {line}");
         } else {
             assert!(line.ends_with(&format!("# {paper} in the paper")), "{name}: {line}");
             assert!(
-                remarks.contains(&format!("{own} epochs")) && remarks.contains(&format!("paper has {paper}")),
+                remarks.contains(&format!("{ours} epochs"))
+                    && remarks.contains(&format!("paper has {paper}")),
                 "{name}"
             );
         }
@@ -153,7 +154,7 @@ fn statistics_of_frozen_layers_are_said() {
     }
 }
 
-/// What is left of the statistics at the start after the steps of the run, with torchvision's momentum of MnasNet.
+/// Computes how much of the statistics at the start is left after the steps of the run, with torchvision's momentum of MnasNet.
 #[test]
 fn mnasnet_s_averages_have_moved_by_two_thirds() {
     let config = table("configs/strength/strength-004-table-2.toml");
@@ -172,7 +173,7 @@ fn mnasnet_s_averages_have_moved_by_two_thirds() {
 fn matlab_s_defaults_can_be_tried() {
     let page = text("docs/papers.md");
     let command = page.split("To try MATLAB's:\n  `").nth(1).unwrap().split('`').next().unwrap();
-    let set: Vec<String> = command.split("--set ").skip(1).map(|own| own.trim().into()).collect();
+    let set: Vec<String> = command.split("--set ").skip(1).map(|setting| setting.trim().into()).collect();
     assert_eq!(set.len(), 2, "{command}");
     let load = |set: Vec<String>| {
         let path = root().join("configs/palpation/palpation-003-fresh.toml");

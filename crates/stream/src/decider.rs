@@ -110,7 +110,7 @@ impl Decider {
         let before =
             options.before.unwrap_or_else(|| judge.map_or(0, |judge| ticks.saturating_sub(judge.window) / 2));
         check(options, spec, before, ticks, matches!(card.task, Task::Values(_)))?;
-        check_early(options, card)?;
+        let early = early_from(options, card)?;
         let contact = options.contact.then(|| Contact::new(spec, judge, full_scale));
         Ok(Decider {
             workspace: predictor.workspace()?,
@@ -126,7 +126,7 @@ impl Decider {
             levels: card.levels(),
             hop: options.hop.unwrap_or((ticks / 4).max(1)),
             before,
-            early: options.early.map(|asked| wanted(asked, card)),
+            early,
             looks_at_tenths: card.certainty.as_ref().is_some_and(|certainty| !certainty.tenths.is_empty()),
             least: options.least.unwrap_or(ticks.div_ceil(10)),
             padding: options.padding.unwrap_or(spec.padding()),
@@ -306,19 +306,18 @@ fn numatac(transform: &Transform) -> Option<NumaTac> {
     }
 }
 
-/// Returns the probability at which early decisions are right as often as is asked, as far as the card says.
-fn wanted(asked: f32, card: &Card) -> f32 {
-    let record = card.certainty.as_ref().and_then(|certainty| certainty.early_at(f64::from(asked)));
-    record.map_or(asked, |record| asked.max(record.least as f32))
-}
-
-/// Refuses early decisions that held-out samples of the run contradict: no better than chance, or less often right than is asked.
-fn check_early(options: &StreamOptions, card: &Card) -> Result<()> {
-    let Some(early) = options.early else { return Ok(()) };
+/// Returns the probability at which early decisions are right as often as is asked, as far as the card says; none where none are
+/// asked for.
+///
+/// # Errors
+/// Decisions of held-out samples of the run that were no better than chance, or less often right than is asked.
+fn early_from(options: &StreamOptions, card: &Card) -> Result<Option<f32>> {
+    let Some(early) = options.early else { return Ok(None) };
     let record = card.certainty.as_ref().and_then(|certainty| certainty.early_at(f64::from(early)));
-    let Some(record) = record.filter(|record| record.is_chance() || record.is_unreached()) else {
-        return Ok(());
-    };
+    let Some(record) = record else { return Ok(Some(early)) };
+    if !(record.is_chance() || record.is_unreached()) {
+        return Ok(Some(early.max(record.least as f32)));
+    }
     let start = if record.is_chance() { "decides by chance" } else { "is not reached" };
     let why = format!(
         "{start}: of {} samples that training had not seen {} were decided early at {}, {:.0} % of them right, and \

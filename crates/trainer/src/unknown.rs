@@ -42,16 +42,16 @@ impl Runner<'_> {
         progress.start(total as u64);
         for Row { name, candidate, parts } in &rows {
             encoder.prepare(&candidate.inputs())?;
-            let mut own = UnknownScores { network: name.clone(), draws: vec![] };
+            let mut of_row = UnknownScores { network: name.clone(), draws: vec![] };
             for left_out in &draws {
                 let mut trainings = vec![];
-                for Part { number, key, fold } in parts {
+                for part in parts {
                     done += 1;
-                    progress.fold(key, done, total);
-                    let (encoder, labels, key) = (&encoder, labels.as_slice(), key.clone());
+                    progress.fold(&part.key, done, total);
+                    let (encoder, labels) = (&encoder, labels.as_slice());
                     let training =
-                        Training { runner: self, encoder, candidate, left_out, labels, key, threads };
-                    let found = training.kept_or_run(folder, fold, *number, cancel)?;
+                        Training { runner: self, encoder, candidate, left_out, labels, part, threads };
+                    let found = training.kept_or_run(folder, cancel)?;
                     let Some(found) = found.filter(|_| !cancel.load(Ordering::Relaxed)) else {
                         progress.finish();
                         let (done, folder) = (done - 1, folder.path().display().to_string());
@@ -61,9 +61,9 @@ impl Runner<'_> {
                     trainings.push(found);
                 }
                 let groups = dataset.groups.as_deref().filter(|_| config.protocol.keeps_groups());
-                own.draws.extend(UnknownDraw::of(&trainings, classes.len(), groups));
+                of_row.draws.extend(UnknownDraw::of(&trainings, classes.len(), groups));
             }
-            scores.push(own);
+            scores.push(of_row);
         }
         progress.finish();
         folder.write_unknown(&scores)?;
@@ -140,43 +140,39 @@ struct Training<'a> {
     candidate: &'a Candidate,
     left_out: &'a [u32],
     labels: &'a [u32],
-    key: FoldKey,
+    part: &'a Part,
     threads: usize,
 }
 
 impl Training<'_> {
     /// Returns the digest of all that it depends on.
-    fn digest(&self, fold: &Fold) -> String {
+    fn digest(&self) -> String {
         let Runner { dataset, experiment, .. } = self.runner;
         let config = experiment.config();
-        let Fold { train, test, validation } = fold;
+        let Part { key, fold: Fold { train, test, validation }, .. } = self.part;
         let parts = serde_json::json!({
             "candidate": self.candidate.identity(), "encoding": config.encoding, "data": dataset.digest, "facts": dataset.facts(),
-            "seed": config.seed, "row": self.key.network, "repetition": self.key.repetition, "fold": self.key.fold, "rows": [train, test, validation], "without": self.left_out,
+            "seed": config.seed, "row": key.network, "repetition": key.repetition, "fold": key.fold, "rows": [train, test, validation],
+            "without": self.left_out,
             "taxel": env!("CARGO_PKG_VERSION"),
         });
         blake3::hash(parts.to_string().as_bytes()).to_hex().to_string()
     }
 
     /// Reads the training from a run folder, or trains and keeps it there; `None` if `cancel` was set.
-    fn kept_or_run(
-        &self,
-        folder: &RunFolder,
-        fold: &Fold,
-        part: u32,
-        cancel: &AtomicBool,
-    ) -> Result<Option<WithoutClasses>> {
-        let of = self.digest(fold);
+    fn kept_or_run(&self, folder: &RunFolder, cancel: &AtomicBool) -> Result<Option<WithoutClasses>> {
+        let of = self.digest();
         if let Some(found) = folder.without_classes(&of)? {
             return Ok(Some(found));
         }
-        let made = self.run(fold, part, cancel)?;
+        let made = self.run(cancel)?;
         made.iter().try_for_each(|made| folder.keep_without_classes(&of, made))?;
         Ok(made)
     }
 
-    fn run(&self, fold: &Fold, part: u32, cancel: &AtomicBool) -> Result<Option<WithoutClasses>> {
+    fn run(&self, cancel: &AtomicBool) -> Result<Option<WithoutClasses>> {
         let Runner { dataset, experiment, .. } = self.runner;
+        let Part { number, key, fold } = self.part;
         let config = experiment.config();
         let is_kept = |row: &usize| !self.left_out.contains(&self.labels[*row]);
         let keep = |rows: &[usize]| rows.iter().copied().filter(is_kept).collect();
@@ -185,7 +181,7 @@ impl Training<'_> {
             candidate: self.candidate,
             protocol: &config.protocol,
             seed: config.seed,
-            key: self.key.clone(),
+            key: key.clone(),
             fold: &known,
             teacher: None,
             threads: self.threads,
@@ -204,7 +200,7 @@ impl Training<'_> {
         let (rows, logits) = answers(&predictor, dataset, &fold.test)?;
         Ok(Some(WithoutClasses {
             classes: self.left_out.to_vec(),
-            fold: part,
+            fold: *number,
             truth: rows.iter().map(|row| self.labels[*row]).collect(),
             rows,
             logits,

@@ -84,12 +84,12 @@ impl Decided {
         if decided(confidence).count == 0 {
             return confidence;
         }
-        let steps = STEPS.iter().map(|step| confidence + (1.0 - confidence) * step);
+        let mut steps = STEPS.iter().map(|step| confidence + (1.0 - confidence) * step);
         let is_right = |least: &f64| {
             let Decided { count, right, .. } = decided(*least);
             count > 0 && right as f64 >= confidence * count as f64
         };
-        steps.into_iter().find(is_right).unwrap_or(NEVER)
+        steps.find(is_right).unwrap_or(NEVER)
     }
 }
 

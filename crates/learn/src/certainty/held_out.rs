@@ -167,7 +167,7 @@ mod tests {
         for divided in [of_network.divided(), grouped.divided()] {
             let places: BTreeSet<u32> = divided.places.keys().copied().collect();
             assert_eq!(places, divided.each_part());
-            assert!(divided.places.values().all(|own| *own == [place.clone()]));
+            assert!(divided.places.values().all(|places| *places == [place.clone()]));
         }
         let two = HeldOut { parts: vec![0, 0, 0, 1, 1, 1], ..held };
         assert_eq!(two.divided(), two);

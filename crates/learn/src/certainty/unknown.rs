@@ -103,7 +103,8 @@ pub struct UnknownDraw {
 
 impl UnknownDraw {
     /// Scores the trainings of one draw, one for each test part; `classes` is the number of all classes. A gate is fitted on the
-    /// other parts without the samples that it is tried on, nor those of their `groups` where the split keeps these together. None where one cannot be fitted.
+    /// other parts without the samples that it is tried on and, where the split keeps `groups` together, those of their groups.
+    /// None where one cannot be fitted.
     pub fn of(trainings: &[WithoutClasses], classes: usize, groups: Option<&[u32]>) -> Option<Self> {
         let left_out = trainings.first()?.classes.clone();
         let kept: Vec<usize> = (0..classes).filter(|class| !left_out.contains(&(*class as u32))).collect();

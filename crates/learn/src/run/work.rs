@@ -44,11 +44,11 @@ impl RunPlan<'_> {
     pub fn work(&self, further: &[Fold]) -> Vec<RowWork> {
         let of = |row: &PlannedRow| {
             let candidate = &self.candidates[row.candidate];
-            let own = self.keys.iter().filter(|key| key.network == row.name);
+            let keys = self.keys.iter().filter(|key| key.network == row.name);
             RowWork {
                 network: row.name.clone(),
                 candidate: candidate.name.clone(),
-                run: Work::of(candidate, own.filter_map(|key| self.fold(key))),
+                run: Work::of(candidate, keys.filter_map(|key| self.fold(key))),
                 further: Work::of(candidate, further.iter()),
             }
         };

@@ -12,9 +12,10 @@ const SLOWEST: f64 = 0.05;
 const FASTEST: f64 = 1.5;
 /// Squares above the least ones, in units of the variance of a mean, of laws that fit nearly as well.
 const NEAR: f64 = 2.0;
-/// Standard errors to each side of a law: of gains and levels, and of an error beyond the largest count, which one leaves in 94 of 100
-/// simulated curves.
-const SIDES: (f64, f64) = (1.0, 1.3);
+/// Standard errors to each side of a law, of gains and levels.
+const ERRORS: f64 = 1.0;
+/// The same of an error beyond the largest count, which one leaves in 6 of 100 simulated curves.
+const ERRORS_BEYOND: f64 = 1.3;
 /// Widest interval of a level, as a share of the last error, that says anything.
 const VAGUE: f64 = 1.0;
 
@@ -73,9 +74,10 @@ fn with_rate(points: &[(f64, f64)], rate: f64) -> Law {
 /// score; `test_to_train` is the ratio of test to training samples of a fold.
 ///
 /// An interval holds what every law says that fits nearly as well: of each rate whose squares, in units of the variance of a mean, lie at
-/// most 2 above the least ones, the estimate with one standard error to each side, of the forecast 1.3. The variance is that of the folds, with the
-/// correction of Nadeau and Bengio (2003), since folds share training samples. The tests count how often it holds the truth. A law
-/// never rises, so nothing is lost by more recordings. None with fewer than three counts or folds, and where the errors do not fall.
+/// most 2 above the least ones, the estimate with one standard error to each side, of the forecast 1.3. The variance is that of the
+/// folds, with the correction of Nadeau and Bengio (2003), since folds share training samples. The tests count how often it holds
+/// the truth. A law never rises, so nothing is lost by more recordings. None with fewer than three counts or folds, and where the
+/// errors do not fall.
 ///
 /// # Errors
 /// Scores that are not finite.
@@ -114,13 +116,13 @@ pub fn power_law(
     let left = whole.at(from);
     let gain = |more: &f64| {
         let fall = |law: &Law| from.powf(-law.rate) - (from + more).powf(-law.rate);
-        let (gain, [low, high]) = (fall(&whole) * whole.scale, ends(SIDES.0, 0.0, &fall));
+        let (gain, [low, high]) = (fall(&whole) * whole.scale, ends(ERRORS, 0.0, &fall));
         // No more can be won than there is.
         CurveGain { more: *more, gain, interval: [low.max(0.0), high.min(left.max(gain))] }
     };
-    let [low, high] = ends(SIDES.0, 1.0, &|_| 0.0);
+    let [low, high] = ends(ERRORS, 1.0, &|_| 0.0);
     let level = [low.max(0.0), high.min(left).max(whole.floor)];
-    let [below, above] = ends(SIDES.1, 1.0, &|law| from.powf(-law.rate));
+    let [below, above] = ends(ERRORS_BEYOND, 1.0, &|law| from.powf(-law.rate));
     let is_known = level[1] - level[0] < VAGUE * left;
     Ok(Some(CurveLaw {
         floor: whole.floor,

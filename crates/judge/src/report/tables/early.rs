@@ -41,7 +41,8 @@ pub(super) fn decisions(early: &Early) -> Table {
         Column::number("decided early %", &["early_percent"], move |row: &Row| percent(row.1.early)),
     ];
     let caption = format!(
-        "Decisions as soon as the likeliest class is so probable (taxel stream --early), looked at in tenths: {}",
+        "Decisions as soon as the likeliest class is so probable, looked at in tenths: {}. With a calibrated model taxel stream --early waits \
+         until so many were right in the run",
         early_basis(early)
     );
     Table::new(table::EARLY_DECISIONS, caption, columns, &rows)

@@ -21,8 +21,8 @@ pub struct PlannedRun {
     rows: Vec<RowCost>,
     /// Trainings of a learning curve; or why there can be none.
     curve: Result<usize, String>,
-    /// Whether rows are trained once more without some classes.
-    is_more: bool,
+    /// Whether rows are trained again without some classes.
+    has_unknown: bool,
 }
 
 impl PlannedRun {
@@ -45,8 +45,12 @@ impl PlannedRun {
             threads,
             rows: runner.costs(&folds, cancel)?,
             curve,
-            is_more: config.unknown.is_some(),
+            has_unknown: config.unknown.is_some(),
         })
+    }
+
+    fn trainings(&self) -> usize {
+        self.rows.iter().map(|row| row.trainings).sum()
     }
 
     /// Returns the seconds of all rows that could be tried.
@@ -73,7 +77,7 @@ impl PlannedRun {
         json!({
             "name": self.name, "source": self.source, "samples": self.samples, "protocol": self.protocol,
             "threads": self.threads, "rows": rows.collect::<Vec<_>>(), "seconds": self.seconds(),
-            "trainings": self.rows.iter().map(|row| row.trainings).sum::<usize>(), "learning_curve": curve,
+            "trainings": self.trainings(), "learning_curve": curve,
         })
     }
 
@@ -87,14 +91,14 @@ impl PlannedRun {
             grid.row([row.network.clone(), row.trainings.to_string(), about(row.seconds)]);
         }
         outln!("{}", grid.ruled());
-        let trainings: usize = self.rows.iter().map(|row| row.trainings).sum();
+        let trainings = self.trainings();
         let threads =
             if self.threads == 1 { "one thread".into() } else { format!("{} threads", self.threads) };
         outln!(
             "the run: {trainings} trainings, about {} on {threads}, tests not counted",
             time_words(self.seconds())
         );
-        if self.is_more {
+        if self.has_unknown {
             outln!("[unknown] trains rows again without some classes, which is not counted");
         }
         match (&self.curve, self.of_curve()) {
