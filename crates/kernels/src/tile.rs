@@ -4,6 +4,8 @@
 //! Forward, input gradient and weight gradient are this loop with other strides, on channels-last data
 //! as they lie: nothing is copied into panels.
 
+#[cfg(target_arch = "aarch64")]
+use crate::simd::Neon;
 #[cfg(target_arch = "x86_64")]
 use crate::simd::{Avx2, Avx512};
 use crate::simd::{Level, Portable, Simd, level};
@@ -126,12 +128,24 @@ unsafe fn products<S: Simd, const M: usize, const N: usize, const FULL: bool>(
         for &(from_a, from_b) in t.segments {
             let mut a = t.a.add(from_a);
             let mut b = t.b.add(from_b);
-            for _ in 0..t.run {
-                let mut bv = [S::splat(0.0); N];
-                for (n, v) in bv.iter_mut().enumerate() {
-                    let at = b.add(n * S::LANES);
-                    *v = if FULL || n + 1 < N { S::load(at) } else { S::load_first(at, t.last) };
+            let mut left = t.run;
+            if S::BY_LANE && t.a_step == 1 {
+                while left >= 4 {
+                    let mut x = [S::splat(0.0); M];
+                    for (m, x) in x.iter_mut().enumerate() {
+                        *x = S::load(a.add(m * t.a_row));
+                    }
+                    product_of_lane::<S, M, N, FULL, 0>(t, &x, b, acc);
+                    product_of_lane::<S, M, N, FULL, 1>(t, &x, b.wrapping_add(t.b_row), acc);
+                    product_of_lane::<S, M, N, FULL, 2>(t, &x, b.wrapping_add(2 * t.b_row), acc);
+                    product_of_lane::<S, M, N, FULL, 3>(t, &x, b.wrapping_add(3 * t.b_row), acc);
+                    a = a.wrapping_add(4);
+                    b = b.wrapping_add(4 * t.b_row);
+                    left -= 4;
                 }
+            }
+            for _ in 0..left {
+                let bv = vectors::<S, N, FULL>(t, b);
                 for (m, row) in acc.iter_mut().enumerate() {
                     let x = S::splat(*a.add(m * t.a_row));
                     for (v, &b) in row.iter_mut().zip(&bv) {
@@ -142,6 +156,45 @@ unsafe fn products<S: Simd, const M: usize, const N: usize, const FULL: bool>(
                 b = b.wrapping_add(t.b_row);
             }
         }
+    }
+}
+
+/// Adds the products of one lane of each row's `x` to `acc`.
+///
+/// # Safety
+/// As [`tile`]; `b` is one of its addresses.
+#[inline(always)]
+unsafe fn product_of_lane<S: Simd, const M: usize, const N: usize, const FULL: bool, const LANE: i32>(
+    t: &Tile,
+    x: &[S::V; M],
+    b: *const f32,
+    acc: &mut [[S::V; N]; M],
+) {
+    // SAFETY: as in `tile`.
+    unsafe {
+        let bv = vectors::<S, N, FULL>(t, b);
+        for (row, &x) in acc.iter_mut().zip(x) {
+            for (v, &b) in row.iter_mut().zip(&bv) {
+                *v = S::fma_lane::<LANE>(x, b, *v);
+            }
+        }
+    }
+}
+
+/// Loads a row of `b`; with `FULL` its last vector is whole.
+///
+/// # Safety
+/// As [`tile`]; `b` is one of its addresses.
+#[inline(always)]
+unsafe fn vectors<S: Simd, const N: usize, const FULL: bool>(t: &Tile, b: *const f32) -> [S::V; N] {
+    // SAFETY: as in `tile`.
+    unsafe {
+        let mut row = [S::splat(0.0); N];
+        for (n, v) in row.iter_mut().enumerate() {
+            let at = b.add(n * S::LANES);
+            *v = if FULL || n + 1 < N { S::load(at) } else { S::load_first(at, t.last) };
+        }
+        row
     }
 }
 
@@ -211,15 +264,29 @@ static AVX512: Kernels = Kernels {
     ],
 };
 
+#[cfg(target_arch = "aarch64")]
+static NEON: Kernels = Kernels {
+    lanes: Neon::LANES,
+    rows: Neon::ROWS,
+    table: [
+        kernels!(Neon, 1, false, inline(never), [1 2 3 4 5 6 7 8 9 10 11 12]),
+        kernels!(Neon, 2, false, inline(never), [1 2 3 4 5 6 7 8]),
+    ],
+    frozen: [
+        kernels!(Neon, 1, true, inline(never), [1 2 3 4 5 6 7 8 9 10 11 12]),
+        kernels!(Neon, 2, true, inline(never), [1 2 3 4 5 6 7 8]),
+    ],
+};
+
 /// Returns the kernels of this CPU.
 fn kernels() -> &'static Kernels {
     match level() {
-        Level::Portable => &PORTABLE,
+        #[cfg(target_arch = "aarch64")]
+        Level::Neon => &NEON,
         #[cfg(target_arch = "x86_64")]
         Level::Avx2 => &AVX2,
         #[cfg(target_arch = "x86_64")]
         Level::Avx512 => &AVX512,
-        #[cfg(not(target_arch = "x86_64"))]
         _ => &PORTABLE,
     }
 }

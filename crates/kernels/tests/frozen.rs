@@ -140,7 +140,7 @@ fn poolings_agree_with_those_of_training() {
 
 #[test]
 fn linear_layers_and_lstms_agree_with_those_of_training() {
-    for (inputs, outputs) in [(1, 1), (7, 3), (65, 16), (130, 129), (33, 400)] {
+    for (inputs, outputs) in [(1, 1), (7, 3), (65, 16), (37, 148), (130, 129), (33, 400)] {
         let (x, weight, start) = (values(inputs, 6), values(inputs * outputs, 7), values(outputs, 8));
         let mut y = vec![0.0; outputs];
         frozen::Linear::new(inputs, outputs, &weight).run(&x, &start, Rectifier::Relu, &mut y);

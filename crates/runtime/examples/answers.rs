@@ -1,4 +1,4 @@
-//! Answers of one network on request, for `scripts/bench_answers.py`.
+//! Answers of one network on request, for `scripts/bench_answers.py` and `scripts/arm64.py`.
 //!
 //! `answers resnet8-lite-1d frozen` (or `engine`, or `int8`) prints a JSON line about itself; then each line `run N` on
 //! standard input is N predictions of one sample, and a JSON line with the CPU time that they took.
@@ -45,7 +45,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let inputs: Vec<Vec<f32>> = graph.inputs().map(values).collect();
     let inputs: Vec<&[f32]> = inputs.iter().map(Vec::as_slice).collect();
     let shapes: Vec<&[usize]> = graph.inputs().map(|node| node.shape.as_slice()).collect();
-    println!("{{\"inputs\": {shapes:?}, \"parameters\": {}}}", graph.parameter_count());
+    let macs = graph.cost().macs;
+    println!("{{\"inputs\": {shapes:?}, \"parameters\": {}, \"macs\": {macs}}}", graph.parameter_count());
     match how.as_str() {
         "frozen" => {
             let frozen = Frozen::new(&graph, &weights)?;

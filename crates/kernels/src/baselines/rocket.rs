@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use crate::buffer::Buffer;
 use crate::lengths::{at_least, exactly};
-use crate::simd::{Level, Simd, at_level, level};
+use crate::simd::{Simd, at_level, level};
 
 /// Length of a kernel.
 const TAPS: usize = 9;
@@ -59,19 +59,10 @@ pub struct RocketMemory {
     counts: Buffer,
 }
 
-/// Returns the number of values of one vector on this CPU.
-fn lanes() -> usize {
-    match level() {
-        Level::Portable => 4,
-        Level::Avx2 => 8,
-        Level::Avx512 => 16,
-    }
-}
-
 impl Rocket {
     /// Makes the convolutions of recordings of `channels` × `length`.
     pub fn new(channels: usize, length: usize, convolutions: Vec<Dilated>) -> Self {
-        let lanes = lanes();
+        let lanes = level().lanes();
         for convolution in &convolutions {
             assert!(
                 convolution.channels.iter().all(|&channel| channel < channels),

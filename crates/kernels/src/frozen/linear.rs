@@ -5,7 +5,7 @@ use std::ops::Range;
 use crate::buffer::Buffer;
 use crate::lengths::{at_least, exactly};
 use crate::rows::{load, store};
-use crate::simd::{Level, Simd, at_level, level};
+use crate::simd::{Simd, WIDEST, at_level, level};
 use crate::view::{Rectifier, rectify};
 
 /// Sums that run side by side: so many products must be under way to use all of a core.
@@ -29,27 +29,22 @@ struct OutputPanel {
     weights: usize,
 }
 
-/// Returns the number of values of one vector on this CPU.
-fn lanes() -> usize {
-    match level() {
-        Level::Portable => 4,
-        Level::Avx2 => 8,
-        Level::Avx512 => 16,
-    }
-}
-
 impl Linear {
     /// Makes a layer; `weight` lies as inputs × outputs.
     pub fn new(inputs: usize, outputs: usize, weight: &[f32]) -> Self {
         exactly("weights of a linear layer", weight.len(), inputs * outputs);
-        let lanes = lanes();
+        let lanes = level().lanes();
         let (mut panels, mut first, mut len) = (vec![], 0, 0);
         while first < outputs {
-            let left = (outputs - first).div_ceil(lanes);
+            let left = (outputs - first).div_ceil(WIDEST);
             let vectors = [8, 4, 2, 1].into_iter().find(|&vectors| vectors <= left).unwrap_or(1);
-            panels.push(OutputPanel { first, vectors, weights: len });
-            len += inputs * vectors * lanes;
-            first += vectors * lanes;
+            let end = outputs.min(first + vectors * WIDEST);
+            // Narrower vectors cut a panel into pieces, so that its sums have one order on all CPUs.
+            for first in (first..end).step_by(vectors * lanes) {
+                panels.push(OutputPanel { first, vectors, weights: len });
+                len += inputs * vectors * lanes;
+            }
+            first = end;
         }
         let mut weights = Buffer::zeros(len);
         for panel in &panels {
@@ -133,7 +128,7 @@ unsafe fn panel_at<S: Simd, const N: usize, const U: usize>(
     // Rows of `width` weights, one per input.
     let weights = &linear.weights[panel.weights..][..x.len() * width];
     // SAFETY: `weights` has just been cut to a row per input. The last vector of all outputs may be cut off, which
-    // `lanes` counts.
+    // `lanes` counts; those behind it are left out.
     unsafe {
         let mut sums = [[S::splat(0.0); N]; U];
         let whole = x.len() / U * U;
@@ -154,6 +149,10 @@ unsafe fn panel_at<S: Simd, const N: usize, const U: usize>(
         }
         for n in 0..N {
             let at = panel.first + n * S::LANES;
+            // The last piece of a panel may have vectors to spare.
+            if at >= linear.outputs {
+                break;
+            }
             let lanes = S::LANES.min(linear.outputs - at);
             let mut sum = load::<S>(start, at, lanes);
             for sums in &sums {

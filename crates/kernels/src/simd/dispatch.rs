@@ -28,8 +28,13 @@ macro_rules! at_level {
                     $crate::simd::Level::Avx512 => return unsafe { avx512($($arg),*) },
                     // SAFETY: as above.
                     $crate::simd::Level::Avx2 => return unsafe { avx2($($arg),*) },
-                    $crate::simd::Level::Portable => {}
+                    $crate::simd::Level::Portable | $crate::simd::Level::Neon => {}
                 }
+            }
+            #[cfg(target_arch = "aarch64")]
+            if $crate::simd::level() == $crate::simd::Level::Neon {
+                // SAFETY: NEON belongs to the architecture; the body asks for nothing else.
+                return unsafe { $body::<$crate::simd::Neon>($($arg),*) };
             }
             // SAFETY: the portable level needs no feature; the body asks for nothing else.
             unsafe { $body::<$crate::simd::Portable>($($arg),*) }

@@ -7,6 +7,8 @@ use std::sync::OnceLock;
 pub enum Level {
     /// Four floats, any CPU.
     Portable,
+    /// Four floats with fused multiply–add, on 64-bit Arm.
+    Neon,
     /// Eight floats with fused multiply–add.
     Avx2,
     /// Sixteen floats with masks; eight where half of them would stay empty.
@@ -14,26 +16,42 @@ pub enum Level {
 }
 
 impl Level {
-    /// Returns its name: `AVX-512`, `AVX2` or `portable`.
+    /// Returns its name: `AVX-512`, `AVX2`, `NEON` or `portable`.
     pub fn name(self) -> &'static str {
         match self {
             Level::Portable => "portable",
+            Level::Neon => "NEON",
             Level::Avx2 => "AVX2",
             Level::Avx512 => "AVX-512",
         }
     }
+
+    /// Returns the number of floats in one vector.
+    pub(crate) fn lanes(self) -> usize {
+        match self {
+            Level::Portable | Level::Neon => 4,
+            Level::Avx2 => 8,
+            Level::Avx512 => 16,
+        }
+    }
 }
 
-/// Returns the widest level of this CPU. `TAXEL_SIMD=portable` or `avx2` asks for a narrower one; no other value
-/// changes anything. [`matmul`](crate::matmul) knows nothing of it: `gemm` asks the CPU by itself.
+/// Checks whether `TAXEL_SIMD` has this value.
+pub(crate) fn is_wanted(name: &str) -> bool {
+    std::env::var_os("TAXEL_SIMD").is_some_and(|wanted| wanted == name)
+}
+
+/// Returns the widest level of this CPU. `TAXEL_SIMD` asks for a narrower one: `portable` everywhere, `avx2` on x86-64,
+/// on Arm `neon`, which does without products of bytes; no other value changes anything. [`matmul`](crate::matmul)
+/// knows nothing of it: `gemm` asks the CPU by itself.
 pub fn level() -> Level {
     static LEVEL: OnceLock<Level> = OnceLock::new();
     *LEVEL.get_or_init(|| {
-        let wanted = std::env::var_os("TAXEL_SIMD");
-        let is_wanted = |name: &str| wanted.as_deref().is_some_and(|wanted| wanted == name);
         if is_wanted("portable") {
             return Level::Portable;
         }
+        #[cfg(target_arch = "aarch64")]
+        return Level::Neon;
         #[cfg(target_arch = "x86_64")]
         {
             let avx2 = is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma");
@@ -44,6 +62,7 @@ pub fn level() -> Level {
                 return Level::Avx2;
             }
         }
+        #[cfg(not(target_arch = "aarch64"))]
         Level::Portable
     })
 }

@@ -1,5 +1,8 @@
 //! The vector operations that kernels are written over.
 
+/// Lanes of the widest vector.
+pub(crate) const WIDEST: usize = 16;
+
 /// Vector operations of one width.
 ///
 /// # Safety
@@ -10,6 +13,8 @@ pub(crate) trait Simd: Copy {
     const LANES: usize;
     /// Accumulator rows of a tile that is one and two vectors wide, so that all fit in registers.
     const ROWS: [usize; 2];
+    /// Whether `fma_lane` costs no more than `fma`, so that neighbouring factors are best loaded together.
+    const BY_LANE: bool = false;
 
     unsafe fn splat(value: f32) -> Self::V;
     unsafe fn load(from: *const f32) -> Self::V;
@@ -19,6 +24,16 @@ pub(crate) trait Simd: Copy {
     unsafe fn store_first(to: *mut f32, v: Self::V, n: usize);
     /// Returns `a · b + c`.
     unsafe fn fma(a: Self::V, b: Self::V, c: Self::V) -> Self::V;
+    /// Returns `a[LANE] · b + c`; `LANE` is 0 to 3.
+    #[inline(always)]
+    unsafe fn fma_lane<const LANE: i32>(a: Self::V, b: Self::V, c: Self::V) -> Self::V {
+        // SAFETY: the caller's contract.
+        unsafe {
+            let mut lanes = [0.0; WIDEST];
+            Self::store(lanes.as_mut_ptr(), a);
+            Self::fma(Self::splat(lanes[LANE as usize]), b, c)
+        }
+    }
     unsafe fn add(a: Self::V, b: Self::V) -> Self::V;
     unsafe fn sub(a: Self::V, b: Self::V) -> Self::V;
     unsafe fn mul(a: Self::V, b: Self::V) -> Self::V;

@@ -238,6 +238,7 @@ fn panel(
     let segments =
         |list: &Vec<(usize, usize)>| list.iter().map(|&(a, k)| (a, k / run * fours * width * 4)).collect();
     let weight = &sums.weight[group * volume * channels * filters..][..volume * channels * filters];
+    let zero = i32::from(sums.input.zero) - i32::from(kernels.taken);
     let start = |list: &Vec<(usize, usize)>| {
         let one = |lane: usize| {
             let filter = first + lane;
@@ -246,7 +247,7 @@ fn panel(
             }
             let rows = list.iter().flat_map(|&(_, k)| k..k + run);
             let sum: i32 = rows.map(|k| i32::from(weight[k * filters + filter])).sum();
-            sums.bias[group * filters + filter] - i32::from(sums.input.zero) * sum
+            sums.bias[group * filters + filter] - zero * sum
         };
         (0..width).map(one).collect()
     };

@@ -1,17 +1,25 @@
-//! Products of four bytes with four weights, added to 32-bit sums, in three widths.
+//! Products of four bytes with four weights, added to 32-bit sums, in several widths.
 
 #[cfg(target_arch = "x86_64")]
 use std::arch::x86_64::*;
 
+#[cfg(target_arch = "aarch64")]
+use crate::simd::is_wanted;
 #[cfg(target_arch = "x86_64")]
 use crate::simd::{Avx2, Avx512};
-use crate::simd::{Level, Portable, Simd, level};
+#[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
+use crate::simd::{Level, level};
+use crate::simd::{Portable, Simd};
 
 /// How wide sums of products are computed; all give the same sums.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Width {
     /// Four sums, any CPU.
     Portable,
+    /// Four sums, by products of 16-bit numbers, on 64-bit Arm.
+    Neon,
+    /// Four sums by `sdot`.
+    DotProduct,
     /// Eight sums, by products of 16-bit pairs: those of bytes would have to be cut off.
     Avx2,
     /// Sixteen sums by `vpdpbusd`.
@@ -32,8 +40,13 @@ impl Width {
                 all.push(Width::Vnni);
             }
         }
-        #[cfg(not(target_arch = "x86_64"))]
-        let _ = (level(), Level::Portable);
+        #[cfg(target_arch = "aarch64")]
+        if level() == Level::Neon {
+            all.push(Width::Neon);
+            if std::arch::is_aarch64_feature_detected!("dotprod") && !is_wanted("neon") {
+                all.push(Width::DotProduct);
+            }
+        }
         all
     }
 
@@ -43,34 +56,46 @@ impl Width {
     }
 }
 
-/// Sums of one width.
+/// Sums of one width, which become floats of `S`.
 ///
 /// # Safety
-/// As [`Simd`]; of AVX-512 the CPU has BW and VNNI too.
-pub(super) trait Dot: Simd {
+/// As [`Simd`]; of AVX-512 the CPU has BW and VNNI too, of `sdot` dotprod.
+pub(super) trait Dot<S: Simd> {
+    /// Fours of bytes that are loaded at once.
+    const FOURS: usize = 1;
+    /// What is taken from bytes before they are multiplied; the starts of sums make good for it.
+    const TAKEN: u8 = 0;
+
     /// LANES sums.
     type Sums: Copy;
     /// Four weights of each lane.
     type Weights: Copy;
-    /// Four bytes, the same for all lanes.
-    type Four: Copy;
+    /// `FOURS` times four bytes, the same for all lanes.
+    type Bytes: Copy;
 
     /// Returns where weight `k` of `lane` lies among the 4 · LANES of all.
     fn place(lane: usize, k: usize) -> usize;
     unsafe fn sums(from: *const i32) -> Self::Sums;
     unsafe fn weights(from: *const i8) -> Self::Weights;
-    unsafe fn four(from: *const u8) -> Self::Four;
-    /// Returns `sums + four · weights` per lane.
-    unsafe fn dot(sums: Self::Sums, four: Self::Four, weights: Self::Weights) -> Self::Sums;
+    /// Loads four bytes, as the first ones.
+    unsafe fn four(from: *const u8) -> Self::Bytes;
+    /// Loads `FOURS` times four bytes.
+    #[inline(always)]
+    unsafe fn fours(from: *const u8) -> Self::Bytes {
+        // SAFETY: the caller's contract.
+        unsafe { Self::four(from) }
+    }
+    /// Returns `sums + bytes · weights` per lane, of the four bytes with number `F`.
+    unsafe fn dot<const F: u8>(sums: Self::Sums, bytes: Self::Bytes, weights: Self::Weights) -> Self::Sums;
     /// Returns the nearest floats.
-    unsafe fn floats(sums: Self::Sums) -> Self::V;
+    unsafe fn floats(sums: Self::Sums) -> S::V;
 }
 
 #[allow(clippy::needless_range_loop)]
-impl Dot for Portable {
+impl Dot<Portable> for Portable {
     type Sums = [i32; 4];
     type Weights = [i8; 16];
-    type Four = [u8; 4];
+    type Bytes = [u8; 4];
 
     fn place(lane: usize, k: usize) -> usize {
         4 * lane + k
@@ -91,7 +116,7 @@ impl Dot for Portable {
         unsafe { from.cast::<[u8; 4]>().read_unaligned() }
     }
     #[inline(always)]
-    unsafe fn dot(mut sums: [i32; 4], four: [u8; 4], weights: [i8; 16]) -> [i32; 4] {
+    unsafe fn dot<const F: u8>(mut sums: [i32; 4], four: [u8; 4], weights: [i8; 16]) -> [i32; 4] {
         for lane in 0..4 {
             for k in 0..4 {
                 sums[lane] += i32::from(four[k]) * i32::from(weights[4 * lane + k]);
@@ -109,11 +134,11 @@ impl Dot for Portable {
 // loads need no alignment.
 #[cfg(target_arch = "x86_64")]
 #[allow(clippy::undocumented_unsafe_blocks)]
-impl Dot for Avx2 {
+impl Dot<Avx2> for Avx2 {
     type Sums = __m256i;
     /// The first and the last two of each lane.
     type Weights = [__m256i; 2];
-    type Four = [__m256i; 2];
+    type Bytes = [__m256i; 2];
 
     fn place(lane: usize, k: usize) -> usize {
         k / 2 * 16 + 2 * lane + k % 2
@@ -140,7 +165,7 @@ impl Dot for Avx2 {
         }
     }
     #[inline(always)]
-    unsafe fn dot(sums: __m256i, four: [__m256i; 2], weights: [__m256i; 2]) -> __m256i {
+    unsafe fn dot<const F: u8>(sums: __m256i, four: [__m256i; 2], weights: [__m256i; 2]) -> __m256i {
         unsafe {
             let first = _mm256_madd_epi16(four[0], weights[0]);
             let last = _mm256_madd_epi16(four[1], weights[1]);
@@ -155,10 +180,10 @@ impl Dot for Avx2 {
 
 #[cfg(target_arch = "x86_64")]
 #[allow(clippy::undocumented_unsafe_blocks)]
-impl Dot for Avx512 {
+impl Dot<Avx512> for Avx512 {
     type Sums = __m512i;
     type Weights = __m512i;
-    type Four = __m512i;
+    type Bytes = __m512i;
 
     fn place(lane: usize, k: usize) -> usize {
         4 * lane + k
@@ -176,7 +201,7 @@ impl Dot for Avx512 {
         unsafe { _mm512_set1_epi32(from.cast::<i32>().read_unaligned()) }
     }
     #[inline(always)]
-    unsafe fn dot(sums: __m512i, four: __m512i, weights: __m512i) -> __m512i {
+    unsafe fn dot<const F: u8>(sums: __m512i, four: __m512i, weights: __m512i) -> __m512i {
         unsafe { _mm512_dpbusd_epi32(sums, four, weights) }
     }
     #[inline(always)]

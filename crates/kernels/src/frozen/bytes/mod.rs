@@ -5,6 +5,8 @@
 //! ([`Depthwise`], means) go through floats where those are exact: below 2²⁴.
 
 mod add;
+#[cfg(target_arch = "aarch64")]
+mod arm;
 mod buffer;
 mod conv;
 mod depthwise;
