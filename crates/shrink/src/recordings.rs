@@ -112,6 +112,7 @@ fn finished(
     let ratio = inner.iter().map(ratio).sum::<f64>() / inner.len() as f64;
     let more = [round(whole.count / 4.0), round(whole.count)];
     let law = power_law(&points, error, ratio, (whole.count, &more))?;
+    let law = law.map(|law| law.anchored(error(whole.score)));
     let per = per(&primary, case.task()).into();
     Ok(LearningCurve { network: network.into(), per, points, whole: Some(whole), law })
 }

@@ -134,6 +134,21 @@ pub fn power_law(
     }))
 }
 
+impl CurveLaw {
+    /// Returns the law with its gains in proportion to the `error` that the run itself has at its count. Inner folds have fewer
+    /// recordings and other test samples, so their law may be off by a factor; and no more can be won than the run still lacks.
+    #[must_use]
+    pub fn anchored(mut self, error: f64) -> CurveLaw {
+        let Some((expected, _)) = self.forecast.filter(|(expected, _)| *expected > 0.0) else { return self };
+        let factor = error.max(0.0) / expected;
+        for CurveGain { gain, interval, .. } in &mut self.gains {
+            *gain *= factor;
+            *interval = interval.map(|end| end * factor);
+        }
+        self
+    }
+}
+
 /// Returns the variance of `floor` times the floor plus `slope` times the scale of a law with its rate, for errors of variance 1.
 fn unit_variance(points: &[(f64, f64)], law: &Law, floor: f64, slope: f64) -> f64 {
     let falls: Vec<f64> = points.iter().map(|(count, _)| count.powf(-law.rate)).collect();
@@ -163,6 +178,19 @@ mod tests {
         };
         let points: Vec<CurvePoint> = COUNTS.iter().enumerate().map(point).collect();
         power_law(&points, |score| 100.0 - score, 0.25, (from, more)).unwrap()
+    }
+
+    #[test]
+    fn gains_are_in_proportion_to_the_run_s_own_error() {
+        let law = law_of(|at, _| 8.0 + 40.0 / COUNTS[at].sqrt(), 50.0, &[40.0, 4000.0]).unwrap();
+        let (expected, _) = law.forecast.unwrap();
+        let nearer = law.clone().anchored(expected / 4.0);
+        for (before, after) in law.gains.iter().zip(&nearer.gains) {
+            assert!((after.gain - before.gain / 4.0).abs() < 1e-9, "{after:?}");
+            assert!(after.interval[1] <= expected / 4.0 + 1e-9, "more than is lacking: {after:?}");
+        }
+        assert_eq!(law.clone().anchored(expected).gains, law.gains);
+        assert!(law.anchored(0.0).gains.iter().all(|gain| gain.gain == 0.0));
     }
 
     #[test]
