@@ -102,8 +102,10 @@ def count(only):
     lines = [
         "# Predictions on 64-bit Arm, in instructions",
         "",
-        f"Written by `scripts/arm64.py count` on {today}. {compiler}; {emulator}. One prediction of one sample with fresh weights, from inputs to",
-        "logits. QEMU counts instructions exactly. **Instructions are not cycles**: how many run in one depends on the core.",
+        f"Written by `scripts/arm64.py count` on {today}.",
+        f"{compiler}; {emulator}.",
+        "One prediction of one sample with fresh weights, from inputs to logits. QEMU counts instructions exactly.",
+        "**Instructions are not cycles**: how many run in one depends on the core.",
         "",
         "## In floats",
         "",
