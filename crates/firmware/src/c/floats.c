@@ -103,8 +103,8 @@ INLINE int8_t byte_of(float value, float zero, float low, float high)
     return (int8_t)whole;
 #else
     const uint32_t bits = bits_of(plus(ended(value, zero, low, high), ROUND));
-    const int32_t byte = (int32_t)(bits & 0xffu);
-    const int32_t whole = byte - 128;
+    const uint32_t byte = bits & 0xffu;
+    const int32_t whole = (int32_t)byte - 128;
     return (int8_t)whole;
 #endif
 }

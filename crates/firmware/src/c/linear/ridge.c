@@ -36,6 +36,7 @@ static void put_outputs(float *arena)
                 sums[i] = sums[i] + sums[i + left];
             }
         }
-        arena[@row_outputs@ + k] = (float)(sums[0] + (double)ridge_bias[k]);
+        sums[0] = sums[0] + (double)ridge_bias[k];
+        arena[@row_outputs@ + k] = (float)sums[0];
     }
 }
