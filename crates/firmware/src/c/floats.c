@@ -3,7 +3,7 @@
 #endif
 
 #if defined(__GNUC__)
-#define INLINE static inline __attribute__((always_inline))
+#define INLINE static inline __attribute__((always_inline, unused))
 #else
 #define INLINE static inline
 #endif
@@ -38,7 +38,16 @@ INLINE float keep(float x)
 INLINE float times(float a, float b) { return keep(a * b); }
 INLINE float plus(float a, float b) { return keep(a + b); }
 INLINE float less(float a, float b) { return keep(a - b); }
-INLINE float over(float a, float b) { return keep(a / keep(b)); }
+
+INLINE float over(float a, float b)
+{
+#if defined(__clang__) && defined(__SSE2__)
+/* No product with an approximate reciprocal at -ffast-math. */
+#pragma float_control(precise, on)
+#endif
+    return keep(a / keep(b));
+}
+
 
 INLINE uint32_t bits_of(float x)
 {
