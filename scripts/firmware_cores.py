@@ -1,19 +1,24 @@
 """Runs printed C under QEMU on microcontrollers' cores: bits, instructions, flash, RAM and stack.
 
-    python scripts/firmware_cores.py --taxel target/release/taxel --output docs/benchmarks/DATE-firmware.md
+    TAXEL_FIRMWARE=target/firmware cargo test -p taxel-firmware --test strict -- --ignored compilers
+    python scripts/firmware_cores.py --folders target/firmware/* --output docs/benchmarks/DATE-firmware.md
 
-It trains small models on simulated grasps, puts them in eight bits, exports them, and runs test/check.c of each on every
-core, at -Os, -O2, -O3 and -O2 -ffast-math. QEMU counts instructions exactly; instructions are not cycles. Debian's packages
-gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm gcc-riscv64-unknown-elf picolibc-riscv64-unknown-elf
-qemu-system-misc have all that it needs. With --folders it takes folders that are there.
+Each folder's test/check.c runs on every core, at -Os, -O2, -O3 and -O2 -ffast-math. QEMU counts instructions exactly;
+instructions are not cycles. Debian's packages gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm
+gcc-riscv64-unknown-elf picolibc-riscv64-unknown-elf qemu-system-misc clang have all that it needs. Without --folders it trains
+small networks on simulated grasps and exports them. Rows are kept in a file as they come (--rows); a run that was stopped goes on
+where it was, and rows of another C are measured again. The page has the rows that are there.
 """
 
 import argparse
 import datetime
+import hashlib
+import json
 import re
 import subprocess
 import sys
 import tempfile
+import time
 from pathlib import Path
 
 HERE = Path(__file__).parent / "firmware"
@@ -37,10 +42,14 @@ WARNINGS = "-Wall -Wextra -Wpedantic -Wconversion -Wsign-conversion -Wshadow -Wd
 
 
 class Arm:
-    def __init__(self, cpu, machine, flash, ram, ticks, options):
+    def __init__(self, cpu, machine, flash, ram, ticks, options, clang=False):
         self.name, self.machine, self.flash, self.ram, self.ticks = cpu, machine, flash, ram, ticks
         self.options = [f"-mcpu=cortex-{cpu.split()[0].lower()}", "-mthumb", *options]
         self.compiler, self.tools = "arm-none-eabi-gcc", "arm-none-eabi-"
+        self.translator = [self.compiler, "--specs=nano.specs"]
+        if clang:
+            self.name += ", clang"
+            self.translator = ["clang", "--target=arm-none-eabi", "-isystem", "/usr/lib/arm-none-eabi/include"]
 
     def link(self):
         memory = {"FLASH_AT": self.flash[0], "FLASH_SIZE": self.flash[1], "RAM_AT": self.ram[0], "RAM_SIZE": self.ram[1]}
@@ -52,9 +61,10 @@ class Arm:
     def build(self, home, source, flags, out):
         script = home / "core.ld"
         script.write_text(self.link())
-        start = home / "start.o"
+        start, made = home / "start.o", home / "made.o"
         run([self.compiler, *self.options, "-O2", "-c", str(HERE / "start.c"), "-o", str(start)])
-        run([self.compiler, *self.options, *flags, str(source), str(start), "-nostartfiles", "--specs=nano.specs",
+        run([*self.translator, *self.options, *flags, "-c", str(source), "-o", str(made)])
+        run([self.compiler, *self.options, str(made), str(start), "-nostartfiles", "--specs=nano.specs",
              "--specs=rdimon.specs", "-T", str(script), "-Wl,--gc-sections", "-o", str(out)])
 
     def emulator(self, program, counted):
@@ -84,6 +94,19 @@ class RiscV:
         return ticks
 
 
+class Host:
+    """This computer: bits alone."""
+
+    def __init__(self, compiler):
+        self.name, self.compiler, self.options, self.translator = f"PC, {compiler}", compiler, [], [compiler]
+
+    def build(self, home, source, flags, out):
+        run([self.compiler, *flags, str(source), "-o", str(out)])
+
+    def emulator(self, program, counted):
+        return [str(program)]
+
+
 QUIET = ["-nographic", "-monitor", "none", "-serial", "none", "-semihosting-config", "enable=on,target=native"]
 MIB = 1 << 20
 CORES = [
@@ -95,6 +118,12 @@ CORES = [
     Arm("M55", "mps3-an547", (0, 512 << 10), (0x20000000, 512 << 10), 1.024, ["-mfloat-abi=hard"]),
     RiscV("RV32IMAC", "rv32imac", "ilp32"),
     RiscV("RV32IMAFC", "rv32imafc", "ilp32f"),
+]
+# Those of which bits alone are looked at.
+OTHERS = [
+    Host("gcc"),
+    Host("clang"),
+    Arm("M4 with FPU", "mps2-an386", (0, 4 * MIB), (0x20000000, 4 * MIB), 0.8, ["-mfloat-abi=hard", "-mfpu=fpv4-sp-d16"], True),
 ]
 
 
@@ -124,8 +153,9 @@ def export(taxel, home, networks):
 def facts(folder):
     """Reads the numbers of a library's header."""
     header = next((folder / "src").glob("*.h"))
-    names = dict(re.findall(r"#define TAXEL_\w+?_(CLASSES|VALUES|RAM_BYTES|FLASH_BYTES|TABLE_BYTES|MACS) (\d+)u", header.read_text()))
-    return {"name": header.stem.removeprefix("taxel_"), "source": header.with_suffix(".c"), **{k: int(v) for k, v in names.items()}}
+    names = dict(re.findall(r"#define TAXEL_\w+?_(CLASSES|QUANTITIES|VALUES|RAM_BYTES|FLASH_BYTES|TABLE_BYTES|MACS) (\d+)u", header.read_text()))
+    names.setdefault("CLASSES", names.get("QUANTITIES"))
+    return {"name": header.stem.removeprefix("taxel_"), "source": header.with_suffix(".c").resolve(), **{k: int(v) for k, v in names.items() if v}}
 
 
 def check(core, folder, home, flags, every):
@@ -133,7 +163,7 @@ def check(core, folder, home, flags, every):
     out = home / "check.elf"
     wide = ["-std=c99", *WARNINGS, *flags, f"-DCHECK_EVERY={every}u", "-ffunction-sections", "-fdata-sections"]
     core.build(home, folder / "test" / "check.c", wide, out)
-    done = subprocess.run(core.emulator(out, False), capture_output=True, text=True, timeout=1200)
+    done = subprocess.run(core.emulator(out, False), capture_output=True, text=True, timeout=3600)
     return (done.stdout + done.stderr).strip()
 
 
@@ -159,21 +189,73 @@ def flash(core, library, home):
     return sum(int(size) for name, size in sizes if not others.search(name))
 
 
-def page(rows, bits, compilers):
+class Rows:
+    """Rows of a file, one JSON object a line, each with the digest of the C that it is about."""
+
+    def __init__(self, path):
+        self.path, self.rows = path, {}
+        path.parent.mkdir(parents=True, exist_ok=True)
+        for line in path.read_text().splitlines() if path.exists() else []:
+            row = json.loads(line)
+            self.rows[self.key(row)] = row
+
+    @staticmethod
+    def key(row):
+        return tuple(row[name] for name in ("digest", "network", "core", "flags"))
+
+    def get(self, row, found):
+        """Returns the row that is there, or measures and keeps it."""
+        key = self.key(row)
+        if key not in self.rows:
+            self.rows[key] = {**row, **found()}
+            with self.path.open("a") as file:
+                file.write(json.dumps(self.rows[key]) + "\n")
+            print(*self.rows[key].values(), flush=True)
+        return self.rows[key]
+
+
+def digest(folder):
+    text = b"".join(path.read_bytes() for path in sorted(folder.glob("*/*.[ch]")))
+    return hashlib.sha256(text).hexdigest()[:16]
+
+
+def page(counts, others, bits, missing):
+    compilers = sorted({run([core.compiler, "--version"]).splitlines()[0] for core in [*CORES, *OTHERS]})
     lines = ["# Printed C under QEMU", ""]
     lines += [f"Written by `scripts/firmware_cores.py` on {datetime.date.today()}. Compilers: {'; '.join(compilers)}. One prediction is",
-              "5 channels × 50 time steps, from raw values to probabilities, compiled at -O2. QEMU counts instructions exactly.",
+              "5 channels × 50 time steps, from raw values to probabilities, compiled by gcc at -O2. QEMU counts instructions exactly.",
               "**Instructions are not cycles**: how many cycles one takes depends on the core, its caches and its flash. Flash is",
               "code and tables that `predict` needs; on cores without an FPU libgcc's float routines come on top.", ""]
     lines += ["| network | core | instructions | per MAC | flash | RAM | stack |", "|---|---|---|---|---|---|---|"]
-    for library, core, instructions, stack, size in rows:
-        per = instructions / library["MACS"]
-        lines.append(f"| {library['name']} | {core} | {instructions:,} | {per:.2f} | {size:,} | {library['RAM_BYTES']:,} | {stack} |")
+    for row in counts:
+        per = f"{row['instructions'] / row['macs']:.2f}"
+        cells = [row["network"], row["core"], f"{row['instructions']:,}", per, f"{row['flash']:,}", f"{row['ram']:,}", row["stack"]]
+        lines.append(f"| {' | '.join(map(str, cells))} |")
+    if others:
+        lines += ["", "## Beside others", "", "`scripts/firmware_compare.py` runs the same shapes with CMSIS-NN and emlearn at -O2.", ""]
+        lines += ["| network | core | library | instructions | flash | RAM | stack | taxel's instructions |", "|---|---|---|---|---|---|---|---|"]
+        own = {(row["network"], row["core"]): row["instructions"] for row in counts}
+        for row in others:
+            share = own.get((row["network"], row["core"]), 0) / row["instructions"]
+            cells = [row["network"], row["core"], row["flags"], f"{row['instructions']:,}", f"{row['flash']:,}", f"{row['ram']:,}", row["stack"]]
+            lines.append(f"| {' | '.join(map(str, cells))} | {share:.2f} × |")
     lines += ["", "## Bits", "", "`test/check.c` on every core: 200 samples, and every threshold of every layer;",
               f"on cores without an FPU of every {SPARSE}th filter.", ""]
+    if missing:
+        lines += [f"{missing} of {missing + len(bits)} rows are not there: the run was stopped before.", ""]
     lines += ["| network | core | flags | result |", "|---|---|---|---|"]
-    lines += [f"| {name} | {core} | {flags} | {said} |" for name, core, flags, said in bits]
+    lines += [f"| {row['network']} | {row['core']} | {row['flags']} | {row['said']} |" for row in bits]
     return "\n".join(lines) + "\n"
+
+
+def fits(core, library):
+    # The test's own memory is about 3 KB.
+    return core.name != "M0" or library["RAM_BYTES"] + 3500 <= 16 << 10
+
+
+def measured(core, library, home):
+    instructions, stack, flash = measure(core, library, home)
+    return {"instructions": instructions, "stack": stack, "flash": flash, "ram": library["RAM_BYTES"], "macs": library["MACS"]}
 
 
 def main():
@@ -183,30 +265,38 @@ def main():
     parser.add_argument("--networks", nargs="*", default=NETWORKS)
     parser.add_argument("--cores", nargs="*", help="names of cores, such as M4")
     parser.add_argument("--levels", type=int, default=len(LEVELS), help="how many levels of optimisation are checked")
+    parser.add_argument("--rows", type=Path, default=Path("target/firmware-rows.jsonl"), help="where rows are kept")
+    parser.add_argument("--seconds", type=float, default=float("inf"), help="when to stop and write the page")
     parser.add_argument("--output", type=Path)
     args = parser.parse_args()
-    cores = [core for core in CORES if not args.cores or core.name.split()[0] in args.cores]
-    compilers = sorted({run([core.compiler, "--version"]).splitlines()[0] for core in cores})
-    rows, bits, failed = [], [], False
+    chosen = lambda core: not args.cores or core.name.split()[0] in args.cores
+    rows, begun, missing = Rows(args.rows), time.monotonic(), 0
+    counts, bits = [], []
     with tempfile.TemporaryDirectory() as home:
         home = Path(home)
-        for folder in args.folders or export(args.taxel, home, args.networks):
-            library = facts(folder)
-            for core in cores:
-                # The test's own memory is about 3 KB.
-                if core.name == "M0" and library["RAM_BYTES"] + 3500 > 16 << 10:
-                    bits.append((library["name"], core.name, "", "does not fit 16 KB of RAM"))
-                    continue
-                rows.append((library, core.name, *measure(core, library, home)))
-                print(library["name"], core.name, *rows[-1][2:], flush=True)
+        folders = [(folder, facts(folder), digest(folder)) for folder in args.folders or export(args.taxel, home, args.networks)]
+        for folder, library, key in folders:
+            for core in filter(chosen, CORES):
+                row = {"digest": key, "network": library["name"], "core": core.name, "flags": "counted"}
+                if fits(core, library):
+                    counts.append(rows.get(row, lambda: measured(core, library, home)))
+        # The quick ones first.
+        for core in filter(chosen, [*OTHERS, *sorted(CORES, key=lambda core: core.name in SOFT)]):
+            for folder, library, key in folders:
                 for flags in LEVELS[: args.levels]:
-                    said = check(core, folder, home, flags, SPARSE if core.name in SOFT else 1)
-                    failed |= not said.startswith("equal")
-                    bits.append((library["name"], core.name, " ".join(flags), said.replace("\n", " ")))
-                    print(" ", *flags, said, flush=True)
-                if args.output:
-                    args.output.write_text(page(rows, bits, compilers))
-    sys.exit(failed)
+                    row = {"digest": key, "network": library["name"], "core": core.name, "flags": " ".join(flags)}
+                    if not fits(core, library):
+                        continue
+                    if Rows.key(row) not in rows.rows and time.monotonic() - begun > args.seconds:
+                        missing += 1
+                        continue
+                    every = SPARSE if core.name in SOFT else 1
+                    bits.append(rows.get(row, lambda: {"said": check(core, folder, home, flags, every).replace("\n", " ")}))
+    bits.sort(key=lambda row: (row["network"], row["core"]))
+    if args.output:
+        others = sorted((row for row in rows.rows.values() if not row["digest"]), key=lambda row: row["network"])
+        args.output.write_text(page(counts, others, bits, missing))
+    sys.exit(any(not row["said"].startswith("equal") for row in bits))
 
 
 if __name__ == "__main__":

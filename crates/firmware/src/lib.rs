@@ -47,6 +47,7 @@ mod encoding;
 mod error;
 mod fuse;
 mod gate;
+mod kernel;
 mod layer;
 mod layouts;
 mod library;

@@ -43,7 +43,15 @@ pub(crate) fn identifier(name: &str) -> String {
 /// Writes a text in quotes; letters outside ASCII as UTF-8 bytes.
 pub(crate) fn text(value: &str) -> String {
     let mut quoted = String::from("\"");
+    let (mut in_digits, mut parts) = (false, 1);
     for byte in value.bytes() {
+        let is_plain = (b' '..=b'~').contains(&byte);
+        if in_digits && is_plain {
+            // Another literal, which C joins: readers and MISRA want digits of an escape to end.
+            quoted.push_str("\" \"");
+            parts += 1;
+        }
+        in_digits = !is_plain;
         match byte {
             b'"' | b'\\' => {
                 quoted.push('\\');
@@ -53,13 +61,12 @@ pub(crate) fn text(value: &str) -> String {
             b'?' => quoted.push_str("\\?"),
             b' '..=b'~' => quoted.push(char::from(byte)),
             _ => {
-                // Three octal digits end by themselves.
                 let _ = write!(quoted, "\\{byte:03o}");
             }
         }
     }
     quoted.push('"');
-    quoted
+    if parts > 1 { format!("({quoted})") } else { quoted }
 }
 
 /// Writes a text for a comment, which it must not end.
@@ -113,7 +120,7 @@ mod tests {
         assert_eq!(identifier("ResNet8 lite-1d"), "resnet8_lite_1d");
         assert_eq!(identifier("--"), "model");
         assert_eq!(text("a\"b\\?"), r#""a\"b\\\?""#);
-        assert_eq!(text("ä1"), r#""\303\2441""#);
+        assert_eq!(text("ä1"), r#"("\303\244" "1")"#);
         assert_eq!(comment("a */ b"), "a * / b");
     }
 }

@@ -7,6 +7,7 @@ use crate::error::{Error, Result};
 use crate::layouts::layouts;
 use crate::library::{CFile, Library, Method};
 use crate::size::Size;
+use crate::source::address;
 
 impl Library<'_> {
     /// Returns how much memory the code needs.
@@ -119,7 +120,7 @@ impl Library<'_> {
                 ("@stage_margins@", body.stage_margins.clone()),
                 ("@by_channel@", stage.by_channel.to_string()),
                 ("@by_step@", stage.by_step.to_string()),
-                ("@logits@", body.outputs_at.to_string()),
+                ("@logits@", address("const int8_t", body.outputs_at)),
                 ("@arena@", body.arena.to_string()),
             ],
         )

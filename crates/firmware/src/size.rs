@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::source::Kernel;
+use crate::kernel::Kernel;
 
 /// Memory and products of one prediction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

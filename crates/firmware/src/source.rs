@@ -6,83 +6,11 @@ use std::fmt::Write;
 use taxel_kernels::frozen::bytes::Ending;
 
 use crate::arena::Arena;
+use crate::kernel::Kernel;
 use crate::layer::{Conv, Depthwise, Layer, Row, RowNumber, Span, Statistic, Then, Work};
 use crate::literals::{float, floats, table};
 use crate::lower::Network;
 use crate::whole::Whole;
-
-/// A kernel as C text, in the order in which they have to stand.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Kernel {
-    Root,
-    Conv,
-    Depthwise,
-    Map,
-    Copy,
-    Add,
-    AddFloats,
-    Pool,
-    Most,
-    MostFloats,
-    Mean,
-    MeanFloats,
-    Deviation,
-    Shuffle,
-    Flatten,
-}
-
-impl Kernel {
-    /// Returns the C text for a network.
-    pub fn text(self, network: &Network) -> String {
-        let text = match self {
-            Kernel::Conv => return conv_text(network),
-            Kernel::Root => include_str!("c/root.c"),
-            Kernel::Depthwise => include_str!("c/depthwise.c"),
-            Kernel::Map => include_str!("c/map.c"),
-            Kernel::Copy => include_str!("c/copy.c"),
-            Kernel::Add => include_str!("c/add.c"),
-            Kernel::AddFloats => include_str!("c/add_floats.c"),
-            Kernel::Pool => include_str!("c/pool.c"),
-            Kernel::Most => include_str!("c/most.c"),
-            Kernel::MostFloats => include_str!("c/most_floats.c"),
-            Kernel::Mean => include_str!("c/mean.c"),
-            Kernel::MeanFloats => include_str!("c/mean_floats.c"),
-            Kernel::Deviation => include_str!("c/deviation.c"),
-            Kernel::Shuffle => include_str!("c/shuffle.c"),
-            Kernel::Flatten => include_str!("c/flatten.c"),
-        };
-        text.into()
-    }
-}
-
-/// Returns the text of convolutions with the modes that the network needs.
-fn conv_text(network: &Network) -> String {
-    let mut statistics = vec![];
-    for layer in &network.layers {
-        let Work::Conv(conv) = &layer.work else { continue };
-        statistics.extend(conv.statistics.iter().map(|statistic| statistic.number));
-    }
-    let has_deviation = statistics.iter().any(|number| matches!(number, RowNumber::Deviation { .. }));
-    let deviation = if has_deviation { include_str!("c/statistics_deviation.c").trim_end() } else { "" };
-    let (functions, ended) = if statistics.is_empty() {
-        (String::new(), "")
-    } else {
-        let ended = "if (l->statistics != 0) {\n                \
-                     conv_statistics(l, arena + l->to / 4u, arena, filter);\n                \
-                     if (next != filter) {\n                    \
-                     conv_statistics(l, arena + l->to / 4u + l->positions, arena, next);\n                }\n            }";
-        (include_str!("c/statistics.c").replace("            DEVIATION\n", &indented(deviation)), ended)
-    };
-    include_str!("c/conv.c")
-        .replace("DOTS\n", include_str!("c/dots.c"))
-        .replace("STATISTICS\n", &functions)
-        .replace("            CONV_ENDED\n", &indented(ended))
-}
-
-/// Returns lines in a loop of a loop; nothing of nothing.
-fn indented(text: &str) -> String {
-    if text.is_empty() { String::new() } else { format!("            {text}\n") }
-}
 
 /// The layers of a network as C.
 #[derive(Debug, Default)]
@@ -231,11 +159,12 @@ impl Source {
         self.sums(number, &conv.weight, &conv.start, &conv.factor);
         let to = &layer.to;
         let base = offset(&layer.from[0], arena) - layer.from[0].start;
-        let (zero, factor) = conv.addend.map_or((0.0, 0.0), |addend| (f32::from(addend.zero), addend.factor));
+        let (of_zero, factor) =
+            conv.addend.map_or((0, 0.0), |addend| (128 - i32::from(addend.zero), addend.factor));
         let added = layer.from.get(1).map_or((0, 0), |row| (offset(row, arena), row.pitch));
         let whole = Whole::new(conv);
         let multipliers = self.multipliers(number, whole.as_ref());
-        let then = conv.then.map_or("0".into(), |Then { factor, shift, ending }| {
+        let then = conv.then.map_or("NULL".into(), |Then { factor, shift, ending }| {
             let Ending { zero, low, high } = ending;
             self.floats(number, "then", &[factor, shift, zero, low, high])
         });
@@ -243,9 +172,9 @@ impl Source {
         let fields = format!(
             "weight_{number}, start_{number}, factor_{number}, {multipliers}, {then}, {statistics},\n    \
              {}, {}, {}, {}, {}, {}, {},\n    {}, {}, {}, {}, {}, {}, {}, {}, {}, {}",
-            float(zero),
             float(factor),
             end(&conv.ending),
+            of_zero,
             format_args!(
                 "{}, {}",
                 whole.as_ref().map_or(0, |whole| whole.addend),
@@ -264,10 +193,9 @@ impl Source {
             to.positions,
             to.pitch,
             format_args!(
-                "{}, {}, {}, {}, {}",
+                "{}, {}, {}, {}",
                 added.1,
                 whole.as_ref().map_or(0, |whole| whole.shift),
-                whole.as_ref().map_or(0, |whole| whole.fraction),
                 u8::from(conv.addend.is_some()),
                 u8::from(to.scale.is_some())
             ),
@@ -277,19 +205,18 @@ impl Source {
 
     /// Adds the multipliers of whole numbers, for processors that use them; their name comes back.
     fn multipliers(&mut self, number: usize, whole: Option<&Whole>) -> String {
-        let Some(whole) = whole else { return "0".into() };
+        let Some(whole) = whole else { return "NULL".into() };
         let name = format!("multiplier_{number}");
         self.whole_bytes += size_of_val(whole.multipliers.as_slice());
         let values = table("int32_t", &name, &whole.multipliers);
-        let none = format!("#define {name} 0\n");
-        let _ = write!(self.tables, "#ifdef WHOLE_ENDINGS\n{values}#else\n{none}#endif\n");
-        name
+        let _ = write!(self.tables, "#ifdef WHOLE_ENDINGS\n{values}#endif\n");
+        format!("OF_WHOLE({name})")
     }
 
     /// Adds what becomes of each filter's row; its address comes back.
     fn statistics(&mut self, number: usize, conv: &Conv, arena: &Arena) -> String {
         if conv.statistics.is_empty() {
-            return "0".into();
+            return "NULL".into();
         }
         let one = |statistic: &Statistic| {
             let (kind, share, eps) = match statistic.number {
@@ -340,7 +267,7 @@ impl Source {
     fn pool(&mut self, number: usize, layer: &Layer, arena: &Arena) {
         let (from, to) = (&layer.from[0], &layer.to);
         let is_bytes = from.scale.is_some();
-        let mut tables = vec!["0".to_string(); 2];
+        let mut tables = vec!["NULL".to_string(); 2];
         let plain = Ending { zero: 0.0, low: f32::NEG_INFINITY, high: f32::INFINITY };
         let (spans, ending, kernel, name): (&[Span], Ending, Kernel, &str) = match &layer.work {
             Work::Mean { spans, scales, ending } => {
@@ -402,6 +329,11 @@ pub(crate) fn offset(row: &Row, arena: &Arena) -> usize {
     arena.offsets[row.memory].unwrap_or(0) + row.start * element(row)
 }
 
+/// Writes the address of a byte of the arena.
+pub(crate) fn address(kind: &str, at: usize) -> String {
+    if at == 0 { "arena".into() } else { format!("({kind} *)arena + {at}") }
+}
+
 /// Returns the statements that fill the margins of a memory.
 pub(crate) fn margins(network: &Network, arena: &Arena, memory: usize) -> String {
     let (margins, Some(zero)) = (network.memories[memory].margins, network.memories[memory].zero) else {
@@ -411,7 +343,12 @@ pub(crate) fn margins(network: &Network, arena: &Arena, memory: usize) -> String
     let ends = [base, base + network.memories[memory].len - margins[1]];
     let mut calls = String::new();
     for (at, len) in ends.into_iter().zip(margins).filter(|(_, len)| *len > 0) {
-        let _ = writeln!(calls, "    memset((int8_t *)arena + {at}, {}, {len}u);", i32::from(zero) - 128);
+        let _ = writeln!(
+            calls,
+            "    (void)memset({}, {}, {len}u);",
+            address("int8_t", at),
+            i32::from(zero) - 128
+        );
     }
     calls
 }

@@ -3,18 +3,9 @@
 
 mod common;
 
-use common::{C99, Case, Own, SAMPLE, classes, samples, values, z_score};
-use ndarray::Array3;
-use taxel_encodings::{History, QuantileCode, Scaling};
+use common::{C99, Case, Own, SAMPLE, classes, code, values, z_score};
+use taxel_encodings::{History, Scaling};
 use taxel_firmware::Spread;
-
-/// A quantile code that is fitted to the first samples of the test.
-fn code(ramps: usize, steps: usize) -> Own {
-    let [channels, length] = SAMPLE;
-    let seen: Vec<f32> = samples().values()[..60 * channels * length].to_vec();
-    let seen = Array3::from_shape_vec((60, channels, length), seen).unwrap();
-    Own::Code(QuantileCode::new(ramps, steps).fit(seen.view()).unwrap())
-}
 
 /// A history of these lags, scaled row by row.
 fn history(lags: &[usize]) -> Own {

@@ -5,6 +5,6 @@ static void copy(float *arena, uint32_t from, uint32_t from_pitch, uint32_t to, 
     int8_t *bytes = (int8_t *)arena;
     uint32_t position;
     for (position = 0; position < positions; position++) {
-        memcpy(bytes + to + position * to_pitch, bytes + from + position * from_pitch, width);
+        (void)memcpy(bytes + to + position * to_pitch, bytes + from + position * from_pitch, width);
     }
 }

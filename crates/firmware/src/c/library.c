@@ -21,7 +21,7 @@ typedef @reading@ reading;
 /* Runs all layers behind the input, which lies in the arena. */
 static void run(float *arena, float *outputs)
 {
-@stage_margins@@calls@    memcpy(outputs, (const int8_t *)arena + @logits@, sizeof(float) * OUTPUTS);
+@stage_margins@@calls@    (void)memcpy(outputs, @logits@, sizeof(float) * OUTPUTS);
 }
 
 /* Computes the outputs of one sample. */

@@ -30,8 +30,13 @@ static void map(const map_layer *l, float *arena)
         for (channel = 0; channel < l->channels; channel++) {
             const uint32_t from = position * l->from_pitch + channel;
             const uint32_t to = position * l->to_pitch + channel;
-            const float x = l->reads_bytes != 0u ? (float)((int32_t)bytes[l->from + from] + 128)
-                                                : arena[l->from / 4u + from];
+            float x;
+            if (l->reads_bytes != 0u) {
+                const int32_t byte = (int32_t)bytes[l->from + from] + 128;
+                x = (float)byte;
+            } else {
+                x = arena[l->from / 4u + from];
+            }
             if (l->makes_bytes != 0u) {
                 bytes[l->to + to] = map_byte(l, channel, x);
             } else {

@@ -15,7 +15,7 @@ static float exponential(float x)
         sum = plus(times(sum, rest), coefficients[i]);
     }
     sum = plus(plus(times(times(sum, rest), rest), rest), 1.0f);
-    return times(sum, float_of((bits_of(shifted) << 23) + (127u << 23)));
+    return times(sum, float_of((bits_of(shifted) << 23) + 0x3f800000u));
 }
 
 /* Divides by the sum; 0 below the normal numbers. */

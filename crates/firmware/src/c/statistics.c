@@ -1,30 +1,18 @@
-/* A number of a row: its mean (0), largest value (1) or standard deviation (2). */
-typedef struct {
-    float share, eps;
-    uint32_t to;
-    uint32_t kind;
-} statistic;
-
-typedef struct {
-    const statistic *list;
-    uint32_t count;
-} statistic_list;
-
 static void conv_statistics(const conv_layer *l, const float *row, float *arena, uint32_t filter)
 {
-    const statistic_list *all = (const statistic_list *)l->statistics;
+    const statistic_list *all = l->statistics;
     const uint32_t positions = l->positions;
     uint32_t i, at;
     for (i = 0; i < all->count; i++) {
         const statistic *s = &all->list[i];
-        float sum = 0.0f;
         float result;
         if (s->kind == 1u) {
             result = row[0];
             for (at = 1; at < positions; at++) {
-                result = row[at] > result ? row[at] : result;
+                result = is_above(row[at], result) ? row[at] : result;
             }
         } else {
+            float sum = 0.0f;
             for (at = 0; at < positions; at++) {
                 sum = plus(sum, row[at]);
             }

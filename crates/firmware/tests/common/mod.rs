@@ -1,9 +1,12 @@
 //! Networks of the zoo in eight bits, what the runtime predicts with them, and their C, compiled and run.
 #![allow(dead_code, clippy::unwrap_used, clippy::panic)]
 
+pub mod linear;
+
 use std::path::Path;
 use std::process::Command;
 
+use ndarray::Array3;
 use taxel_base::exponential;
 use taxel_encodings::{History, QuantileCode, Scaling};
 use taxel_firmware::{
@@ -20,7 +23,7 @@ pub const OUTPUTS: usize = 3;
 const COUNT: usize = 200;
 
 /// Warnings that a strict project turns on.
-const WARNINGS: [&str; 8] = [
+pub const WARNINGS: [&str; 8] = [
     "-Wall",
     "-Wextra",
     "-Wpedantic",
@@ -81,6 +84,14 @@ impl Own {
         }
         out
     }
+}
+
+/// A quantile code that is fitted to the first samples of the test.
+pub fn code(ramps: usize, steps: usize) -> Own {
+    let [channels, length] = SAMPLE;
+    let seen: Vec<f32> = samples().values()[..60 * channels * length].to_vec();
+    let seen = Array3::from_shape_vec((60, channels, length), seen).unwrap();
+    Own::Code(QuantileCode::new(ramps, steps).fit(seen.view()).unwrap())
 }
 
 /// Returns the samples of a test.

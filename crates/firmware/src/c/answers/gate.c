@@ -15,7 +15,7 @@ static double distance_of(const float *logits)
 {
     double off[TAXEL_@NAME@_CLASSES], own[TAXEL_@NAME@_CLASSES];
     double nearest = 0.0;
-    volatile double to_all = 0.0, square, sum;
+    volatile double to_all = 0.0, square;
     uint32_t i, row, at = 0;
     for (i = 0; i < TAXEL_@NAME@_CLASSES; i++) {
         off[i] = (double)less(logits[i], gate_center[i]);
@@ -28,7 +28,7 @@ static double distance_of(const float *logits)
         at += i + 1u;
     }
     for (row = 0; row < @rows@u; row++) {
-        sum = 0.0;
+        volatile double sum = 0.0;
         for (i = 0; i < TAXEL_@NAME@_CLASSES; i++) {
             const double apart = own[i] - (double)gate_means[row * TAXEL_@NAME@_CLASSES + i];
             square = apart * apart;

@@ -10,7 +10,7 @@ int taxel_@name@_predict_in(float workspace[TAXEL_@NAME@_WORKSPACE], const float
     float row[OUTPUTS];
     const int outcome = outputs_of(workspace, sample, row);
     if (outcome == 0) {
-        memcpy(values, row, sizeof(float) * TAXEL_@NAME@_QUANTITIES);
+        (void)memcpy(values, row, sizeof(float) * TAXEL_@NAME@_QUANTITIES);
     }
     return outcome;
 }
@@ -27,7 +27,7 @@ int taxel_@name@_predict_latest(float values[TAXEL_@NAME@_QUANTITIES])
     float row[OUTPUTS];
     const int outcome = outputs_of_ring(row);
     if (outcome == 0) {
-        memcpy(values, row, sizeof(float) * TAXEL_@NAME@_QUANTITIES);
+        (void)memcpy(values, row, sizeof(float) * TAXEL_@NAME@_QUANTITIES);
     }
     return outcome;
 }

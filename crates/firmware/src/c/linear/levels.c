@@ -9,7 +9,8 @@ static void levels(float *arena, uint32_t number)
             sum = sum + (double)x[t];
         }
         add_feature(arena, number + channel, x[TAXEL_@NAME@_STEPS - 1u]);
-        add_feature(arena, number + TAXEL_@NAME@_CHANNELS + channel, (float)(sum / count));
+        sum = sum / count;
+        add_feature(arena, number + TAXEL_@NAME@_CHANNELS + channel, (float)sum);
     }
 }
 

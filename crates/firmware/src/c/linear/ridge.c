@@ -4,11 +4,11 @@ typedef char taxel_@name@_sums_in_64_bits[sizeof(double) == 8u ? 1 : -1];
 static inline double double_at(const float *arena, uint32_t place)
 {
     double x;
-    memcpy(&x, arena + place, sizeof x);
+    (void)memcpy(&x, arena + place, sizeof x);
     return x;
 }
 
-static void clear_sums(float *arena) { memset(arena + @sums@, 0, sizeof(float) * 32u * OUTPUTS); }
+static void clear_sums(float *arena) { (void)memset(arena + @sums@, 0, sizeof(float) * 32u * OUTPUTS); }
 
 /* Adds a feature to one of the sixteen sums of each output. Products of floats are exact in doubles. */
 static void add_feature(float *arena, uint32_t number, float value)
@@ -18,7 +18,7 @@ static void add_feature(float *arena, uint32_t number, float value)
     uint32_t k;
     for (k = 0; k < OUTPUTS; k++) {
         const double sum = double_at(at, 32u * k) + (double)value * (double)weight[k];
-        memcpy(at + 32u * k, &sum, sizeof sum);
+        (void)memcpy(at + 32u * k, &sum, sizeof sum);
     }
 }
 
@@ -36,6 +36,7 @@ static void put_outputs(float *arena)
                 sums[i] = sums[i] + sums[i + left];
             }
         }
-        arena[@row_outputs@ + k] = (float)(sums[0] + (double)ridge_bias[k]);
+        sums[0] = sums[0] + (double)ridge_bias[k];
+        arena[@row_outputs@ + k] = (float)sums[0];
     }
 }

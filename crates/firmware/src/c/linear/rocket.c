@@ -39,7 +39,8 @@ static void linear(float *arena)
                 count += row[t] > bias ? 1u : 0u;
             }
             if (count != 0u) {
-                add_feature(arena, number, over((float)count, (float)((uint32_t)c->to - c->from)));
+                const uint32_t positions = (uint32_t)c->to - c->from;
+                add_feature(arena, number, over((float)count, (float)positions));
             }
             number++;
         }

@@ -1,0 +1,83 @@
+//! Kernels as C text.
+
+use crate::layer::{RowNumber, Work};
+use crate::lower::Network;
+
+/// A kernel as C text, in the order in which they have to stand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Kernel {
+    Root,
+    Conv,
+    Depthwise,
+    Map,
+    Copy,
+    Add,
+    AddFloats,
+    Pool,
+    Most,
+    MostFloats,
+    Mean,
+    MeanFloats,
+    Deviation,
+    Shuffle,
+    Flatten,
+}
+
+impl Kernel {
+    /// Returns the C text for a network.
+    pub fn text(self, network: &Network) -> String {
+        let text = match self {
+            Kernel::Conv => return conv_text(network),
+            Kernel::Root => include_str!("c/root.c"),
+            Kernel::Depthwise => include_str!("c/depthwise.c"),
+            Kernel::Map => include_str!("c/map.c"),
+            Kernel::Copy => include_str!("c/copy.c"),
+            Kernel::Add => include_str!("c/add.c"),
+            Kernel::AddFloats => include_str!("c/add_floats.c"),
+            Kernel::Pool => include_str!("c/pool.c"),
+            Kernel::Most => include_str!("c/most.c"),
+            Kernel::MostFloats => include_str!("c/most_floats.c"),
+            Kernel::Mean => include_str!("c/mean.c"),
+            Kernel::MeanFloats => include_str!("c/mean_floats.c"),
+            Kernel::Deviation => include_str!("c/deviation.c"),
+            Kernel::Shuffle => include_str!("c/shuffle.c"),
+            Kernel::Flatten => include_str!("c/flatten.c"),
+        };
+        text.into()
+    }
+}
+
+/// Returns the text of convolutions with the modes that the network needs.
+fn conv_text(network: &Network) -> String {
+    let mut statistics = vec![];
+    for layer in &network.layers {
+        let Work::Conv(conv) = &layer.work else { continue };
+        statistics.extend(conv.statistics.iter().map(|statistic| statistic.number));
+    }
+    let has_deviation = statistics.iter().any(|number| matches!(number, RowNumber::Deviation { .. }));
+    let deviation = if has_deviation { include_str!("c/statistics_deviation.c").trim_end() } else { "" };
+    let (functions, ended) = if statistics.is_empty() {
+        (String::new(), "")
+    } else {
+        let ended = "if (l->statistics != NULL) {\n        \
+                     conv_statistics(l, arena + l->to / 4u, arena, filter);\n        \
+                     if (next != filter) {\n            \
+                     conv_statistics(l, arena + l->to / 4u + l->positions, arena, next);\n        }\n    }";
+        (include_str!("c/statistics.c").replace("            DEVIATION\n", &indented(deviation)), ended)
+    };
+    include_str!("c/conv.c")
+        .replace("@fraction@", &crate::whole::FRACTION.to_string())
+        .replace("@more@", &crate::whole::MORE.to_string())
+        .replace("@low_bits@", &format!("0x{:x}", (1u32 << crate::whole::FRACTION) - 1))
+        .replace("@doubt@", &(2 * crate::whole::MARGIN).to_string())
+        .replace("DOTS\n", include_str!("c/dots.c"))
+        .replace("STATISTICS\n", &functions)
+        .replace("VECTOR_ENDINGS\n", include_str!("c/endings_mve.c"))
+        .replace("STORE_MVE\n", include_str!("c/store_mve.c"))
+        .replace("    CONV_ENDED\n", &if ended.is_empty() { String::new() } else { format!("    {ended}\n") })
+}
+
+/// Returns lines in a loop of a loop; nothing of nothing.
+fn indented(text: &str) -> String {
+    if text.is_empty() { String::new() } else { format!("            {text}\n") }
+}
