@@ -23,6 +23,8 @@ import tempfile
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 TARGET = "aarch64-unknown-linux-gnu"
 CRATES = ["kernels", "engine", "runtime", "encodings", "baselines"]
+# Tests of all networks: many minutes under an emulator. The test `bits` compares most of these networks with x86-64.
+SLOW = ["threads_share_an_evaluator", "every_network_answers"]
 # Widths of vectors, and what they are called on the page.
 LEVELS = {"portable": "portable", "neon": "NEON", "": "with `sdot`"}
 NETWORKS = """mlp lstm vgg6-lite-1d resnet8-lite-1d densenet6-lite-1d dilated-resnet-1d vgg6-lite-2d resnet8-lite-2d densenet6-lite-2d
@@ -40,8 +42,9 @@ def environment():
     }
 
 
-def cargo(*arguments):
-    subprocess.run(["cargo", *arguments, "--locked", "--target", TARGET], cwd=ROOT, env=environment(), check=True)
+def cargo(*arguments, behind=()):
+    command = ["cargo", *arguments, "--locked", "--target", TARGET, *(["--", *behind] if behind else [])]
+    subprocess.run(command, cwd=ROOT, env=environment(), check=True)
 
 
 def folder():
@@ -56,7 +59,7 @@ def tests(only):
         print(f"TAXEL_SIMD={level}", flush=True)
         os.environ["TAXEL_SIMD"] = level
         crates = [word for crate in only or CRATES for word in ("--package", f"taxel-{crate}")]
-        cargo("test", *crates, "--lib", "--tests")
+        cargo("test", *crates, "--lib", "--tests", behind=[word for name in SLOW for word in ("--skip", name)])
 
 
 class Counter:
