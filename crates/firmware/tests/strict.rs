@@ -34,6 +34,9 @@ const COMPILERS: [&str; 16] = [
     "clang --target=arm-none-eabi -isystem /usr/lib/arm-none-eabi/include -std=c99 -O2 -mthumb -mcpu=cortex-m55 -mfloat-abi=hard",
 ];
 
+/// Those of a PC that read the test beside the library.
+const HOST: [&str; 2] = ["gcc -std=c99 -O2", "clang -std=c99 -O2"];
+
 /// What cppcheck takes for granted: a PC, an M4, an M0 and RISC-V without FPU. Helium's own types are unknown to it.
 const CONFIGURATIONS: [&[&str]; 4] = [
     &["-D__GNUC__=12", "-D__SSE2__"],
@@ -106,17 +109,20 @@ fn with_folders(home: &Path, check: impl Fn(&Path) -> Vec<String>) {
 
 #[test]
 #[ignore = "needs clang, arm-none-eabi-gcc and g++"]
-fn compilers_have_nothing_to_say() {
+fn needs_compilers_that_have_nothing_to_say() {
     let own = tempfile::tempdir().unwrap();
     // A folder that is named keeps what is printed.
     let home = std::env::var("TAXEL_FIRMWARE").map_or(own.path().to_path_buf(), PathBuf::from);
     with_folders(&home, |folder| {
-        let files = [library_of(folder), folder.join("test/check.c")];
+        let (library, check) = (library_of(folder), folder.join("test/check.c"));
         let one = |line: &&str| {
+            // Samples and thresholds take compilers long, and differ in numbers alone.
+            let is_host = HOST.contains(line);
+            let files = [Some(&library), Some(&check).filter(|_| is_host)].into_iter().flatten();
             let mut words = line.split(' ');
             let program = words.next().unwrap();
             let arguments: Vec<&str> = words.chain(WARNINGS).chain(["-c", "-o", "/dev/null"]).collect();
-            files.iter().map(|file| said(program, &arguments, file)).collect::<String>()
+            files.map(|file| said(program, &arguments, file)).collect::<String>()
         };
         COMPILERS.iter().map(|line| format!("{line}: {}", one(line))).filter(|w| !w.ends_with(": ")).collect()
     });
@@ -146,7 +152,7 @@ fn shortened(text: &str) -> String {
 
 #[test]
 #[ignore = "needs cppcheck"]
-fn cppcheck_and_misra_have_nothing_new_to_say() {
+fn needs_cppcheck_that_has_nothing_new_to_say() {
     let home = tempfile::tempdir().unwrap();
     with_folders(home.path(), |folder| {
         let mut words = vec![];

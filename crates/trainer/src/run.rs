@@ -238,12 +238,18 @@ impl Runner<'_> {
         encoder: &mut Encoder,
     ) -> Result<(Vec<Candidate>, BTreeMap<String, String>)> {
         let config = self.experiment.config();
-        if config.unknown.is_some() && !matches!(self.dataset.task(), Task::Classes(_)) {
-            let reason = format!(
-                "leaves classes out, and the targets are {}; leave the table out",
-                self.dataset.task().noun()
-            );
-            return Err(self.experiment.refuse(Problem::new("unknown", "{ .. }", reason)));
+        if config.unknown.is_some() {
+            let what = match self.dataset.task() {
+                Task::Classes(classes) if classes.len() > 2 => None,
+                Task::Classes(classes) => {
+                    Some(format!("there are {}, of which two have to be left", classes.len()))
+                }
+                task => Some(format!("the targets are {}", task.noun())),
+            };
+            if let Some(what) = what {
+                let reason = format!("leaves classes out, and {what}; leave the table out");
+                return Err(self.experiment.refuse(Problem::new("unknown", "{ .. }", reason)));
+            }
         }
         let networks = &config.networks;
         let (mut candidates, mut refused, mut first) = (vec![], BTreeMap::new(), None);

@@ -34,8 +34,10 @@ impl Runner<'_> {
         let labels: Vec<u32> = dataset.targets.labels().map_or(vec![], |labels| labels.values().to_vec());
         let mut encoder = Encoder::new(&config.encoding, dataset);
         let (candidates, _) = self.candidates(&mut encoder)?;
-        let draws = (0..trial.draws).map(|draw| trial.drawn(classes.len(), config.seed, draw));
-        let Some(draws) = draws.collect::<Option<Vec<_>>>() else { return Ok(None) };
+        let draws = trial.drawn(classes.len(), config.seed);
+        if draws.is_empty() {
+            return Ok(None);
+        }
         let rows = self.rows(&candidates, folder, progress)?;
         let total = draws.len() * rows.iter().map(|row| row.parts.len()).sum::<usize>();
         let (mut scores, mut done) = (vec![], 0);

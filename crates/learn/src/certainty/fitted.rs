@@ -121,8 +121,8 @@ pub struct CalibrationErrors {
 }
 
 impl Certainty {
-    /// Fits a temperature to held-out predictions of attributes of these `levels`. `seed` chooses the draws of the floor. None
-    /// of fewer than 30 samples.
+    /// Fits a temperature to held-out predictions of attributes of these `levels`; it is 1 where none lowers the calibration error.
+    /// `seed` chooses the draws of the floor. None of fewer than 30 samples.
     ///
     /// # Errors
     /// Labels that do not fit the probabilities.
@@ -151,9 +151,12 @@ impl Certainty {
         let held = &held.divided();
         let fitted = fitted_temperature(&held.probabilities, &held.truth, levels.sizes());
         let Some(temperature) = fitted.filter(|_| held.len() >= LEAST) else { return Ok(None) };
-        let after = at_other_temperatures(held, levels, temperature);
         let error =
             |held: &HeldOut| levels.calibration(&held.probabilities, &held.truth).map(|(error, _)| error);
+        let (before, at_others) = (error(held)?, at_other_temperatures(held, levels, temperature));
+        // A temperature that makes the probabilities worse is none: the likelihood that it is fitted to is another measure.
+        let is_better = error(&at_others)? < before;
+        let (temperature, after) = if is_better { (temperature, at_others) } else { (1.0, held.clone()) };
         let answers = answers(&after.probabilities, &after.truth, levels);
         let groups = large_groups(held.groups.as_deref());
         let gap = |members: &Vec<usize>| {
@@ -167,7 +170,7 @@ impl Certainty {
             early: vec![],
             fitted_on: FittedOn::of(held.len(), held.groups.as_deref(), parts, digest),
             calibration_error: CalibrationErrors {
-                before: error(held)?,
+                before,
                 after: error(&after)?,
                 floor: floor(&answers, seed),
             },

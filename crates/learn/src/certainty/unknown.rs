@@ -11,6 +11,9 @@ use crate::certainty::seen::{FALSE_ALARMS, Seen};
 use crate::metrics::Levels;
 use crate::problem::{Problem, within};
 
+/// Draws beyond those asked for, in place of classes that were drawn before.
+const SPARE: usize = 50;
+
 /// The `[unknown]` table: every row is trained without some classes, and its gate sees samples of them.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -40,15 +43,24 @@ impl UnknownTrial {
         within("draws", self.draws, 1, 100)
     }
 
-    /// Draws the classes of `classes` that are left out; two are left at least. None of fewer than three.
-    pub fn drawn(&self, classes: usize, seed: u64, draw: usize) -> Option<Vec<u32>> {
-        let count =
-            ((self.hold_out * classes as f64).round() as usize).clamp(1, classes.checked_sub(2)?.max(1));
-        let mut all: Vec<u32> = (0..classes as u32).collect();
-        all.shuffle(&mut taxel_base::seed::rng(seed, &format!("unknown/{draw}")));
-        all.truncate(count);
-        all.sort_unstable();
-        (classes > 2).then_some(all)
+    /// Draws the classes of `classes` that are left out, each time others; two are left at least. Fewer draws than asked for where
+    /// there are no others, none of fewer than three classes.
+    pub fn drawn(&self, classes: usize, seed: u64) -> Vec<Vec<u32>> {
+        if classes < 3 {
+            return vec![];
+        }
+        let count = ((self.hold_out * classes as f64).round() as usize).clamp(1, classes - 2);
+        let mut draws: Vec<Vec<u32>> = vec![];
+        for number in 0..self.draws + SPARE {
+            let mut all: Vec<u32> = (0..classes as u32).collect();
+            all.shuffle(&mut taxel_base::seed::rng(seed, &format!("unknown/{number}")));
+            all.truncate(count);
+            all.sort_unstable();
+            if draws.len() < self.draws && !draws.contains(&all) {
+                draws.push(all);
+            }
+        }
+        draws
     }
 }
 
@@ -216,12 +228,17 @@ mod tests {
     #[test]
     fn a_quarter_of_the_classes_is_drawn_and_two_are_left() {
         let trial = UnknownTrial::default();
-        let draws: Vec<Vec<u32>> = (0..3).map(|draw| trial.drawn(28, 0, draw).unwrap()).collect();
-        assert!(draws.iter().all(|drawn| drawn.len() == 7) && draws[0] != draws[1]);
-        assert_eq!(trial.drawn(28, 0, 0).unwrap(), draws[0]);
-        assert_eq!((trial.drawn(3, 0, 0).unwrap().len(), trial.drawn(2, 0, 0)), (1, None));
+        let draws = trial.drawn(28, 0);
+        assert!(draws.len() == 3 && draws.iter().all(|drawn| drawn.len() == 7));
+        assert_eq!((trial.drawn(28, 0), trial.drawn(2, 0)), (draws, vec![]));
         let all = UnknownTrial { hold_out: 0.99, ..trial };
-        assert_eq!(all.drawn(4, 0, 0).unwrap().len(), 2);
+        assert!(all.drawn(4, 0).iter().all(|drawn| drawn.len() == 2));
+        // Of three classes there are three draws, none of them twice.
+        for asked in [3, 7] {
+            let mut draws = UnknownTrial { draws: asked, ..trial }.drawn(3, 0);
+            draws.sort_unstable();
+            assert_eq!(draws, [[0], [1], [2]]);
+        }
         assert!(UnknownTrial { hold_out: 1.0, ..trial }.check().is_err() && trial.check().is_ok());
     }
 

@@ -8,6 +8,7 @@ use crate::estimator::candidate::Candidate;
 use crate::estimator::estimator::{Fitted, Trained, TrainingSet};
 use crate::estimator::left_out::with_left_out;
 use crate::latency::Latency;
+use crate::model::marks::marks;
 use crate::model::{Card, FORMAT, Model, ModelInput, Ranges, TrainedOn, TrainingPart};
 use crate::run::environment::COMMIT;
 use crate::run::model_latency::of_model;
@@ -130,6 +131,7 @@ fn model(job: &FoldJob, dataset: &Dataset, fitted: &dyn Fitted, inputs: &[Input]
             },
             seed: job.seed,
             ranges: ranges(dataset, &job.fold.train),
+            marks: marks(&dataset.x, job.fold.train.iter().copied()),
             tuned_from: None,
         },
         quantized: None,

@@ -4,6 +4,7 @@ use ndarray::{ArrayRef, IxDyn};
 use taxel_data::Dataset;
 
 use super::file::Model;
+use super::marks::known;
 use crate::certainty::{Certainty, HeldOut, HeldOutParts, Place, Seen};
 use crate::error::{Error, Result};
 
@@ -38,6 +39,14 @@ impl Model {
             return Err(refuse(
                 "was trained on these recordings, and is surer of them than of others; give new ones".into(),
             ));
+        }
+        let known = known(&card.trained_on.marks, x);
+        if known > 0 {
+            return Err(refuse(format!(
+                "was trained on some of these recordings ({known} of {} samples that it keeps a mark of), and is surer of them \
+                 than of others; give new ones",
+                card.trained_on.marks.len()
+            )));
         }
         let held = HeldOut { truth: card.labels_of(dataset).map_err(refuse)?, ..HeldOut::default() };
         let plain = self.clone().with_certainty(None);

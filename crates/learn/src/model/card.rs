@@ -137,6 +137,9 @@ pub struct TrainedOn {
     /// Ranges of the raw values, channel by channel; empty in a model of an older version.
     #[serde(default, skip_serializing_if = "Ranges::is_empty")]
     pub ranges: Ranges,
+    /// Marks of some of the samples, by which they are known again in any data set; empty in a model of an older version.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub marks: Vec<u32>,
     /// The model that the training went on from, by the BLAKE3 of its tensors; none of one that began with fresh weights.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tuned_from: Option<String>,

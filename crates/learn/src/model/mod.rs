@@ -5,6 +5,7 @@ mod card;
 mod digest;
 mod file;
 mod hub_page;
+pub(crate) mod marks;
 mod mask;
 mod multiplied;
 mod predictions;

@@ -10,12 +10,13 @@ use crate::CommandResult;
 use crate::commands::arguments::model_recordings::ModelRecordings;
 use crate::commands::arguments::output_format::OutputFormat;
 use crate::commands::arguments::paths::check_model_output;
+use crate::terminal::messages::note;
 use crate::{out, outln};
 
 /// Fits the probabilities of a model to labelled recordings that it has not learned from.
 ///
-/// Nothing is trained and no answer changes; only how sure the model says that it is. `taxel fit RUN` does the same with the
-/// test parts of the run. Give recordings as the model will meet them: of other objects, sessions or people than those of the
+/// Nothing is trained and no class becomes another; only how sure the model is changes, and which samples it calls unknown. `taxel
+/// fit RUN` does the same with the test parts of the run, and for early decisions too, which `calibrate` forgets. Give recordings as the model will meet them: of other objects, sessions or people than those of the
 /// training, with their group.
 #[derive(Args)]
 #[command(
@@ -48,6 +49,11 @@ impl Calibrate {
         } else {
             out!("{}", calibrated.card());
             outln!("model        {}", self.output.display());
+        }
+        if model.card().certainty.as_ref().is_some_and(|certainty| !certainty.tenths.is_empty()) {
+            note(
+                "what the model knew of early decisions is forgotten: recordings cannot tell it. Do not use stream --early with it, or fit it from its run",
+            );
         }
         Ok(ExitCode::SUCCESS)
     }

@@ -14,11 +14,11 @@ const USUAL: f64 = 0.9;
 pub struct CertaintyOptions {
     /// Says `unknown` for samples that are less familiar than this share of held-out samples, in place of their likeliest class; 0
     /// never does [default: 0.05 where the model knows what is familiar].
-    #[arg(long, value_name = "SHARE")]
+    #[arg(long, value_name = "SHARE", allow_negative_numbers = true)]
     unknown: Option<f32>,
     /// Adds the set of classes that holds the true one in this share of cases: 0.8, 0.9, 0.95 or 0.99. Of values, the share of
     /// cases in which their interval holds the true one [default: 0.9].
-    #[arg(long, value_name = "SHARE")]
+    #[arg(long, value_name = "SHARE", allow_negative_numbers = true)]
     set: Option<f64>,
 }
 

@@ -49,9 +49,16 @@ fn check(path: &Path, hint: ValueHint) -> Result<(), FileError> {
 /// Checks the name of a model to write before anything is computed.
 ///
 /// # Errors
-/// A name that does not end in `.safetensors`.
+/// A name that does not end in `.safetensors`, a folder that does not exist.
 #[cfg(feature = "lab")]
 pub fn check_model_output(output: &Path) -> Result<(), FileError> {
+    let folder = output.parent().filter(|folder| !folder.as_os_str().is_empty() && !folder.is_dir());
+    if let Some(folder) = folder {
+        return Err(FileError::new(
+            folder,
+            format!("is no folder, and {} is to be in it; make it", output.display()),
+        ));
+    }
     if output.extension().is_some_and(|ending| ending == "safetensors") {
         return Ok(());
     }

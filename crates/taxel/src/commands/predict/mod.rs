@@ -333,7 +333,7 @@ impl SamplePredictions<'_> {
                 sample["likeliest"] = named(&|class| json!(class)).into();
             }
             if let Some(familiarity) = self.familiarity() {
-                sample["familiarity"] = json!(familiarity[i]);
+                sample["familiarity"] = json!(as_printed(familiarity[i]));
             }
             if let Some(sets) = self.sets {
                 sample["set"] = self.set_names(sets, i).into_iter().collect::<serde_json::Value>();
@@ -379,6 +379,11 @@ impl SamplePredictions<'_> {
             let unknown: Vec<bool> = (0..n).map(|i| self.is_unknown(i)).collect();
             npz.add("unknown", &[n], &unknown)?;
         }
+        if let Some(sets) = self.sets {
+            let held = (0..n).flat_map(|i| self.set_of(sets, i)).collect::<Vec<bool>>();
+            npz.add("set", &[n, self.predictions.width()], &held)?;
+            npz.add("set_share", &[], &[sets.share])?;
+        }
         if let Some(replaced) = self.replaced {
             let replaced: Vec<i64> = (0..n).map(|i| replaced.count(i) as i64).collect();
             npz.add("replaced", &[n], &replaced)?;
@@ -404,14 +409,28 @@ impl SamplePredictions<'_> {
         self.predictions.is_unknown(i, self.unknown)
     }
 
-    /// Returns the names of the classes in the set of a sample, with the name of each attribute.
+    /// Returns the names of the classes in the set of a sample, with the name of each attribute. None of an unknown sample: no
+    /// set of learned classes can be believed to hold its own.
     fn set_names(&self, sets: &AnswerSet, i: usize) -> Vec<(String, Vec<String>)> {
         let task = &self.predictions.task;
-        let classes = sets.classes(self.predictions.row(i), &Levels::of_task(task));
+        let mut classes = sets.classes(self.predictions.row(i), &Levels::of_task(task));
+        if self.is_unknown(i) {
+            classes.iter_mut().for_each(Vec::clear);
+        }
         let names = |(attribute, set): (taxel::Attribute, Vec<usize>)| {
             (attribute.name, set.into_iter().map(|class| attribute.classes[class].clone()).collect())
         };
         task.attributes().into_iter().zip(classes).map(names).collect()
+    }
+
+    /// Returns of every output whether the set of a sample has its class.
+    fn set_of(&self, sets: &AnswerSet, i: usize) -> Vec<bool> {
+        let names = self.set_names(sets, i);
+        let attributes = self.predictions.task.attributes();
+        let of = |(attribute, (_, set)): (taxel::Attribute, (String, Vec<String>))| {
+            attribute.classes.into_iter().map(move |class| set.contains(&class))
+        };
+        attributes.into_iter().zip(names).flat_map(of).collect()
     }
 
     fn set_words(&self, sets: &AnswerSet, i: usize) -> String {
@@ -472,4 +491,9 @@ impl SamplePredictions<'_> {
             }
         })
     }
+}
+
+/// Returns the number whose digits a float prints; in double precision it would show others behind them.
+fn as_printed(value: f32) -> f64 {
+    value.to_string().parse().unwrap_or(f64::from(value))
 }

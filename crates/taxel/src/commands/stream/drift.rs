@@ -14,7 +14,7 @@ const UNKNOWN: usize = 13;
 /// How far the mean confidence may fall below that of held-out samples.
 const LESS_SURE: f64 = 0.2;
 
-/// The latest decisions on whole windows.
+/// The latest decisions. Early ones count too: what is left for whole windows is what was unlike the training from its beginning on.
 pub struct Drift {
     /// Whether each was unknown, and how sure.
     last: VecDeque<(bool, f64)>,
@@ -52,7 +52,7 @@ impl Drift {
         let (unknown, low) = ((unknown * LAST as f64).round() as usize, sure < wanted - LESS_SURE);
         let why = match (unknown >= UNKNOWN, low) {
             (true, _) => format!(
-                "{unknown} of the last {LAST} windows are unknown to the model, where 5 are to be expected"
+                "{unknown} of the last {LAST} windows are unknown to the model, where 5 are to be expected of windows that begin as in training (--contact, --hop)"
             ),
             (false, true) => format!(
                 "the last {LAST} answers are {:.0} % sure on average, and were {:.0} % on the samples that the model was fitted on",

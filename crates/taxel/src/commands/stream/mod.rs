@@ -107,7 +107,7 @@ pub struct Stream {
     /// Decides before the window is full, once per window, as soon as the likeliest class is this probable, 0 to 1. The rest
     /// is padded. A calibrated model is looked at in tenths of the window, and waits until it is so sure that this share of
     /// early decisions was right in its run. `taxel report` shows the accuracy of early predictions.
-    #[arg(long, value_name = "CONFIDENCE")]
+    #[arg(long, value_name = "CONFIDENCE", allow_negative_numbers = true)]
     early: Option<f32>,
     /// Fewest time steps of a window that is decided early [default: a tenth of a window].
     #[arg(long, value_name = "N", requires = "early")]

@@ -210,7 +210,12 @@ impl DecisionWriter {
                 class: classes.map(|classes| LikeliestClasses { is_unknown: decision.is_unknown, ..classes }),
                 likeliest: classes.filter(|_| decision.is_unknown),
                 set: outputs.zip(self.sets.as_ref()).map(|(probabilities, sets)| {
-                    Sets(&self.attributes, sets.classes(probabilities, &self.levels))
+                    let mut classes = sets.classes(probabilities, &self.levels);
+                    // No set of learned classes can be believed to hold that of an unknown window.
+                    if decision.is_unknown {
+                        classes.iter_mut().for_each(Vec::clear);
+                    }
+                    Sets(&self.attributes, classes)
                 }),
                 familiarity: decision.familiarity,
                 probabilities: outputs.map(|probabilities| ByName(&self.outputs, probabilities)),
@@ -273,7 +278,7 @@ impl StreamSummary {
         self.early += u64::from(decision.is_early());
         self.refused += u64::from(decision.probabilities().is_err());
         self.unknown += u64::from(decision.is_unknown);
-        if let Some(probabilities) = decision.probabilities().ok().filter(|_| !decision.is_early()) {
+        if let Ok(probabilities) = decision.probabilities() {
             let confidence = self.levels.confidence(probabilities);
             self.drift.push(decision.is_unknown, f64::from(confidence));
         }
