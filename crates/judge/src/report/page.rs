@@ -266,7 +266,7 @@ impl PageParts<'_> {
     fn early(&self) -> Option<Markup> {
         let chart = self.chart(charts::EARLY, tables::EARLY)?;
         Some(html! {
-            p { "How right answers are before a sample is whole, as " code { "taxel stream --early" } " gives them." }
+            p { "How right answers are before a sample is whole. A model that is calibrated decides later: see " code { "taxel inspect" } "." }
             (chart)
             (self.table(tables::EARLY).unwrap_or_default())
             (self.folded(tables::EARLY_DECISIONS))

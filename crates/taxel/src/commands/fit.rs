@@ -269,6 +269,12 @@ impl Fit {
             }
             None => (None, None),
         };
+        if !(same || self.no_calibration) {
+            note(
+                "the run's test parts calibrate nothing: the model is fitted by another recipe or to other recordings. \
+                  taxel calibrate does it on own recordings",
+            );
+        }
         let quantized = floats.is_some();
         Ok(Training { experiment, dataset, name, score, certainty, intervals, quantized })
     }
@@ -287,7 +293,9 @@ impl Fit {
         let certainty = Certainty::fit(&held, &levels, parts, &dataset.digest, results.seed)?;
         let Some(certainty) = certainty else {
             let held = held.len();
-            note(format!("not calibrated: the run has {held} predictions of {row}, and 30 are needed"));
+            note(format!(
+                "the run's test parts calibrate nothing: it has {held} predictions of {row}, and 30 are needed"
+            ));
             return Ok(None);
         };
         // What needs the models of the folds, if they are there.
