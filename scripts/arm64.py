@@ -8,7 +8,7 @@
 Needs Debian's gcc-aarch64-linux-gnu, libc6-dev-arm64-cross, qemu-user-static (tests) and qemu-user (count), and a Rust with the target:
 `rustup target add aarch64-unknown-linux-gnu`, or, where rustup cannot have it, RUSTC=/usr/bin/rustc of Debian's rustc-web with
 libstd-rust-web-dev:arm64. Programs are linked statically: threads of dynamic ones hang in qemu-user 7.2. Instructions are exact and
-repeatable; they are not cycles. On a board of one's own scripts/bench_answers.py measures times, as on any other processor.
+repeatable; they are not cycles. On a board scripts/bench_answers.py measures times, as on any other processor.
 """
 
 import argparse

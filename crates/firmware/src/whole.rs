@@ -16,7 +16,7 @@ pub(crate) const FRACTION: u32 = 16;
 pub(crate) const MARGIN: i32 = 64;
 /// Roundings of a sum, its two products, an addend, its product, two sums and a zero.
 const ROUNDINGS: f64 = 8.0;
-/// What the upper word of a product and the constants may miss.
+/// The most that the upper word of a product and the constants may miss.
 const CUT_OFF: f64 = 7.0;
 /// More bits behind the point of an addend's multiplier.
 pub(crate) const MORE: u32 = 4;

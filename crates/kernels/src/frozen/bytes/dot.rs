@@ -63,7 +63,7 @@ impl Width {
 pub(super) trait Dot<S: Simd> {
     /// Fours of bytes that are loaded at once.
     const FOURS: usize = 1;
-    /// What is taken from bytes before they are multiplied; the starts of sums make good for it.
+    /// A number that is taken from bytes before they are multiplied; the starts of sums make good for it.
     const TAKEN: u8 = 0;
 
     /// LANES sums.

@@ -144,7 +144,7 @@ pub(super) type BlockKernel = unsafe fn(&Tile);
 /// Kernels of one width, of one, two and four vectors: `[..][rows - 1]`.
 pub(super) struct Kernels {
     pub lanes: usize,
-    /// What the kernels take from every byte.
+    /// A number that the kernels take from every byte.
     pub taken: u8,
     /// Where weight `k` of a lane lies.
     pub place: fn(usize, usize) -> usize,
