@@ -234,9 +234,9 @@ def page(counts, others, bits, missing):
     if others:
         lines += ["", "## Beside others", "", "`scripts/firmware_compare.py` runs the same shapes with CMSIS-NN and emlearn at -O2.", ""]
         lines += ["| network | core | library | instructions | flash | RAM | stack | taxel's instructions |", "|---|---|---|---|---|---|---|---|"]
-        own = {(row["network"], row["core"]): row["instructions"] for row in counts}
+        printed = {(row["network"], row["core"]): row["instructions"] for row in counts}
         for row in others:
-            share = own.get((row["network"], row["core"]), 0) / row["instructions"]
+            share = printed.get((row["network"], row["core"]), 0) / row["instructions"]
             cells = [row["network"], row["core"], row["flags"], f"{row['instructions']:,}", f"{row['flash']:,}", f"{row['ram']:,}", row["stack"]]
             lines.append(f"| {' | '.join(map(str, cells))} | {share:.2f} × |")
     lines += ["", "## Bits", "", "`test/check.c` on every core: 200 samples, and every threshold of every layer;",

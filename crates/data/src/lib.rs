@@ -60,7 +60,7 @@ pub use check::shortcut::{Carrier, Shortcut};
 pub use check::values::ChannelRange;
 pub use compare::{FactComparison, FactDifference};
 pub use dataset::dataset::Dataset;
-pub use dataset::digest::{RowHash, digest_of, hash_words};
+pub use dataset::digest::{RowHash, digest_of, hash_row, hash_words};
 pub use dataset::facts::Facts;
 pub use dataset::labels::{Attribute, Labels};
 pub use dataset::sample_spec::SampleSpec;

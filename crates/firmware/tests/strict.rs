@@ -37,7 +37,7 @@ const COMPILERS: [&str; 16] = [
 /// Those of a PC that read the test beside the library.
 const HOST: [&str; 2] = ["gcc -std=c99 -O2", "clang -std=c99 -O2"];
 
-/// What cppcheck takes for granted: a PC, an M4, an M0 and RISC-V without FPU. Helium's own types are unknown to it.
+/// Definitions that cppcheck is given: of a PC, an M4, an M0 and RISC-V without FPU. Helium's own types are unknown to it.
 const CONFIGURATIONS: [&[&str]; 4] = [
     &["-D__GNUC__=12", "-D__SSE2__"],
     &["-D__GNUC__=12", "-D__arm__", "-D__ARM_FP=4", "-D__ARM_FEATURE_DSP=1"],
@@ -110,9 +110,9 @@ fn with_folders(home: &Path, check: impl Fn(&Path) -> Vec<String>) {
 #[test]
 #[ignore = "needs clang, arm-none-eabi-gcc and g++"]
 fn needs_compilers_that_have_nothing_to_say() {
-    let own = tempfile::tempdir().unwrap();
+    let temporary = tempfile::tempdir().unwrap();
     // A folder that is named keeps what is printed.
-    let home = std::env::var("TAXEL_FIRMWARE").map_or(own.path().to_path_buf(), PathBuf::from);
+    let home = std::env::var("TAXEL_FIRMWARE").map_or(temporary.path().to_path_buf(), PathBuf::from);
     with_folders(&home, |folder| {
         let (library, check) = (library_of(folder), folder.join("test/check.c"));
         let one = |line: &&str| {

@@ -8,7 +8,7 @@ use std::borrow::Borrow;
 pub type RowHash = [u8; 16];
 
 /// Hashes one sample, whose values need not lie in memory; -0 and 0 count as equal.
-pub(crate) fn hash_row(row: impl IntoIterator<Item = impl Borrow<f32>>) -> RowHash {
+pub fn hash_row(row: impl IntoIterator<Item = impl Borrow<f32>>) -> RowHash {
     let mut hasher = blake3::Hasher::new();
     hash_words(&mut hasher, row.into_iter().map(|value| (*value.borrow() + 0.0).to_le_bytes()));
     let mut hash = [0; 16];

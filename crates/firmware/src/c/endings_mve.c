@@ -29,7 +29,7 @@ INLINE float32x4_t ended4(float32x4_t value, ending4 e)
     return vminnmq_f32(vmaxnmq_f32(keep4(vaddq_n_f32(value, e.zero)), e.low), e.high);
 }
 
-/* What sums and addends mean, as it is stored: floats, or bytes before they are rounded. */
+/* Values of sums and addends as they are stored: floats, or bytes before they are rounded. */
 INLINE float32x4_t conv_value4(const conv_layer *l, float32x4_t factor, ending4 e, int32x4_t sums, int32x4_t addend,
                                uint32_t has_addend, const float *then)
 {

@@ -52,11 +52,14 @@ impl UnknownTrial {
         let count = ((self.hold_out * classes as f64).round() as usize).clamp(1, classes - 2);
         let mut draws: Vec<Vec<u32>> = vec![];
         for number in 0..self.draws + SPARE {
+            if draws.len() == self.draws {
+                break;
+            }
             let mut all: Vec<u32> = (0..classes as u32).collect();
             all.shuffle(&mut taxel_base::seed::rng(seed, &format!("unknown/{number}")));
             all.truncate(count);
             all.sort_unstable();
-            if draws.len() < self.draws && !draws.contains(&all) {
+            if !draws.contains(&all) {
                 draws.push(all);
             }
         }

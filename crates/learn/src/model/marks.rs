@@ -3,6 +3,7 @@
 use std::collections::HashSet;
 
 use ndarray::{ArrayRef, IxDyn};
+use taxel_data::hash_row;
 
 /// Marks that a model keeps.
 const KEPT: usize = 64;
@@ -25,15 +26,13 @@ pub fn known(marks: &[u32], x: &ArrayRef<f32, IxDyn>) -> usize {
     if known < KNOWN { 0 } else { known }
 }
 
-/// Returns the marks of the samples `rows`: the first four bytes of their BLAKE3.
+/// Returns the marks of the samples `rows`: the first four bytes of their hashes.
 fn all(x: &ArrayRef<f32, IxDyn>, rows: impl Iterator<Item = usize>) -> HashSet<u32> {
     let x = x.as_standard_layout();
     let each = x.shape().iter().skip(1).product::<usize>();
     let values = x.as_slice().unwrap_or(&[]);
     let mark = |row: usize| {
-        let bytes: Vec<u8> =
-            values[row * each..(row + 1) * each].iter().flat_map(|v| v.to_le_bytes()).collect();
-        let [a, b, c, d, ..] = *blake3::hash(&bytes).as_bytes();
+        let [a, b, c, d, ..] = hash_row(&values[row * each..(row + 1) * each]);
         u32::from_le_bytes([a, b, c, d])
     };
     rows.map(mark).collect()

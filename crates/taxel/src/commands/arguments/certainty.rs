@@ -3,11 +3,22 @@
 use clap::Args;
 use taxel::Card;
 use taxel::learn::certainty::{AnswerSet, FALSE_ALARMS};
+use taxel::learn::metrics::Levels;
 
 /// The class of a sample that is unlike those that the model has learned from.
 pub const UNKNOWN: &str = "unknown";
 /// Share of cases in which an interval is to hold the true value.
 const USUAL: f64 = 0.9;
+
+/// Returns the set of classes of each attribute for a sample's `outputs`. That of an unknown sample is empty: no set of learned
+/// classes can be believed to hold its own.
+pub fn set_of(sets: &AnswerSet, outputs: &[f32], levels: &Levels, is_unknown: bool) -> Vec<Vec<usize>> {
+    let mut classes = sets.classes(outputs, levels);
+    if is_unknown {
+        classes.iter_mut().for_each(Vec::clear);
+    }
+    classes
+}
 
 /// `--unknown` and `--set`.
 #[derive(Args, Clone, Copy)]

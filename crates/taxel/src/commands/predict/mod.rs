@@ -21,7 +21,7 @@ use true_values::{TrueValues, with_unit};
 
 use crate::CommandResult;
 use crate::arrays::write;
-use crate::commands::arguments::certainty::{CertaintyOptions, UNKNOWN};
+use crate::commands::arguments::certainty::{CertaintyOptions, UNKNOWN, set_of};
 use crate::commands::arguments::model_recordings::ModelRecordings;
 use crate::commands::arguments::threads::Threads;
 use crate::out;
@@ -380,7 +380,7 @@ impl SamplePredictions<'_> {
             npz.add("unknown", &[n], &unknown)?;
         }
         if let Some(sets) = self.sets {
-            let held = (0..n).flat_map(|i| self.set_of(sets, i)).collect::<Vec<bool>>();
+            let held = (0..n).flat_map(|i| self.set_mask(sets, i)).collect::<Vec<bool>>();
             npz.add("set", &[n, self.predictions.width()], &held)?;
             npz.add("set_share", &[], &[sets.share])?;
         }
@@ -409,28 +409,27 @@ impl SamplePredictions<'_> {
         self.predictions.is_unknown(i, self.unknown)
     }
 
-    /// Returns the names of the classes in the set of a sample, with the name of each attribute. None of an unknown sample: no
-    /// set of learned classes can be believed to hold its own.
-    fn set_names(&self, sets: &AnswerSet, i: usize) -> Vec<(String, Vec<String>)> {
+    /// Returns each attribute with the classes in the set of a sample.
+    fn set_classes(&self, sets: &AnswerSet, i: usize) -> Vec<(taxel::Attribute, Vec<usize>)> {
         let task = &self.predictions.task;
-        let mut classes = sets.classes(self.predictions.row(i), &Levels::of_task(task));
-        if self.is_unknown(i) {
-            classes.iter_mut().for_each(Vec::clear);
-        }
+        let classes = set_of(sets, self.predictions.row(i), &Levels::of_task(task), self.is_unknown(i));
+        task.attributes().into_iter().zip(classes).collect()
+    }
+
+    /// Returns the names of the classes in the set of a sample, with the name of each attribute.
+    fn set_names(&self, sets: &AnswerSet, i: usize) -> Vec<(String, Vec<String>)> {
         let names = |(attribute, set): (taxel::Attribute, Vec<usize>)| {
             (attribute.name, set.into_iter().map(|class| attribute.classes[class].clone()).collect())
         };
-        task.attributes().into_iter().zip(classes).map(names).collect()
+        self.set_classes(sets, i).into_iter().map(names).collect()
     }
 
     /// Returns of every output whether the set of a sample has its class.
-    fn set_of(&self, sets: &AnswerSet, i: usize) -> Vec<bool> {
-        let names = self.set_names(sets, i);
-        let attributes = self.predictions.task.attributes();
-        let of = |(attribute, (_, set)): (taxel::Attribute, (String, Vec<String>))| {
-            attribute.classes.into_iter().map(move |class| set.contains(&class))
+    fn set_mask(&self, sets: &AnswerSet, i: usize) -> Vec<bool> {
+        let of = |(attribute, set): (taxel::Attribute, Vec<usize>)| {
+            (0..attribute.classes.len()).map(move |class| set.contains(&class))
         };
-        attributes.into_iter().zip(names).flat_map(of).collect()
+        self.set_classes(sets, i).into_iter().flat_map(of).collect()
     }
 
     fn set_words(&self, sets: &AnswerSet, i: usize) -> String {

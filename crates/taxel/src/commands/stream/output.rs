@@ -13,7 +13,7 @@ use taxel::learn::metrics::Levels;
 use taxel::stream::{Condition, Decision, Event, LatencyHistogram, StreamCounts};
 
 use super::drift::Drift;
-use crate::commands::arguments::certainty::UNKNOWN;
+use crate::commands::arguments::certainty::{UNKNOWN, set_of};
 use crate::terminal::messages::warn;
 
 /// Writes decisions, with the names that the model knows.
@@ -210,12 +210,7 @@ impl DecisionWriter {
                 class: classes.map(|classes| LikeliestClasses { is_unknown: decision.is_unknown, ..classes }),
                 likeliest: classes.filter(|_| decision.is_unknown),
                 set: outputs.zip(self.sets.as_ref()).map(|(probabilities, sets)| {
-                    let mut classes = sets.classes(probabilities, &self.levels);
-                    // No set of learned classes can be believed to hold that of an unknown window.
-                    if decision.is_unknown {
-                        classes.iter_mut().for_each(Vec::clear);
-                    }
-                    Sets(&self.attributes, classes)
+                    Sets(&self.attributes, set_of(sets, probabilities, &self.levels, decision.is_unknown))
                 }),
                 familiarity: decision.familiarity,
                 probabilities: outputs.map(|probabilities| ByName(&self.outputs, probabilities)),
