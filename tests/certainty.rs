@@ -199,13 +199,15 @@ fn foreign(ran: &Ran, name: &str, value: impl Fn(usize) -> f32) -> PathBuf {
 fn samples_that_no_finger_has_felt_are_unknown_and_sets_hold_the_truth() {
     let ran = Ran::new();
     let new = ran.presses("new.npz", "5");
-    for network in ["mini-rocket", "mlp"] {
+    for network in ["mini-rocket", "mlp", "k-nn"] {
         let model = ran.fit(network, "gated.safetensors", &[]);
         let card = certainty(&model);
-        assert!(
-            card["seen"]["distances"].as_array().unwrap().len() == 100
-                && card["seen"]["tenths"].as_array().unwrap().len() == 10
-        );
+        let count = |list: &Value| list.as_array().map_or(0, Vec::len);
+        // k-NN has no logits: its readings alone tell.
+        let of_logits = if network == "k-nn" { [0, 0, 0] } else { [100, 10, 100] };
+        let [seen, readings] = ["seen", "readings"].map(|gate| &card[gate]);
+        let lists = [&seen["distances"], &seen["tenths"], &readings["together"]].map(count);
+        assert_eq!((lists, count(&readings["distances"])), (of_logits, 100), "{network}");
         let unknown = |data: &Path, more: &[&str]| {
             let arguments =
                 [&["predict", text(&model), text(data), "--format", "json", "--as-is"], more].concat();
@@ -220,6 +222,9 @@ fn samples_that_no_finger_has_felt_are_unknown_and_sets_hold_the_truth() {
             ("noise", foreign(&ran, "noise.npz", |i| hash(i) as f32 / (1 << 24) as f32 * 5.0)),
             ("zeros", foreign(&ran, "zeros.npz", |_| 0.0)),
             ("full scale", foreign(&ran, "full.npz", |_| 5.0)),
+            ("faint noise", foreign(&ran, "faint.npz", |i| 1.0 + hash(i) as f32 / (1 << 24) as f32 * 0.1)),
+            ("stuck channels", foreign(&ran, "stuck.npz", |i| (i / 50 % 5) as f32)),
+            ("another sensor", foreign(&ran, "other.npz", |i| 4000.0 + (i % 50) as f32)),
         ];
         for (name, path) in foreign {
             let (share, answers) = unknown(&path, &[]);
@@ -252,11 +257,11 @@ fn what_a_model_does_not_know_it_is_not_asked() {
     let ran = Ran::new();
     let new = ran.presses("new.npz", "5");
     let model = ran.fit("k-nn", "knn.safetensors", &[]);
-    let error = refused(&["predict", text(&model), text(&new), "--unknown", "0.05"]);
-    assert!(error.contains("does not know which samples are familiar"), "{error}");
     let error = refused(&["predict", text(&model), text(&new), "--set", "0.7"]);
     assert!(error.contains("0.8, 0.9, 0.95 and 0.99"), "{error}");
     let plain = ran.fit("mlp", "plain.safetensors", &["--no-calibration"]);
+    let error = refused(&["predict", text(&plain), text(&new), "--unknown", "0.05"]);
+    assert!(error.contains("does not know which samples are familiar"), "{error}");
     let error = refused(&["predict", text(&plain), text(&new), "--set", "0.9"]);
     assert!(error.contains("is not calibrated"), "{error}");
     let error = refused(&["predict", text(&plain), text(&new), "--unknown", "1"]);

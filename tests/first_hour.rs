@@ -93,7 +93,7 @@ fn from_a_cable_to_decisions_on_the_sensor() {
     assert!(code == 0 && said.contains("12 of 12 recordings, 6 of them new"), "{code}: {said}");
 
     let card = good(at, &["data", "check", "skin"]);
-    assert!(card.contains("quick") && card.contains("recording:50"), "{card}");
+    assert!(card.contains("quick") && card.contains("tared by recording:"), "{card}");
     let table = good(at, &["run", "skin", "--budget", "2s", "--set", "train.least_steps=1"]);
     assert!(table.contains("grouped 2-fold"), "sessions are groups: {table}");
     good(at, &["report", "runs/skin", "--no-stress"]);

@@ -247,11 +247,12 @@ fn expected(model: &Model, samples: &Samples) -> Result<Expected> {
     }
     let mut scratch = vec![];
     let mut measured = |seen: &Seen| -> Vec<(f32, bool)> {
-        let rows = outputs.chunks_exact(card.task.outputs()).enumerate();
-        rows.map(|(i, row)| {
-            (seen.distance(row, &mut scratch) as f32, predictions.is_unknown(i, FALSE_ALARMS))
-        })
-        .collect()
+        let rows = outputs.chunks_exact(card.task.outputs());
+        let mut of_row = |row: &[f32]| {
+            let is_unknown = seen.familiarity(row, 1.0, &mut scratch) <= Some(FALSE_ALARMS);
+            (seen.distance(row, &mut scratch) as f32, is_unknown)
+        };
+        rows.map(&mut of_row).collect()
     };
     let gate = seen.map_or(vec![], &mut measured);
     Ok(Expected { outputs, answers: predictions.outputs, ends, gate })
@@ -266,6 +267,9 @@ fn remarks(card: &Card, answers: &Answers) -> Vec<String> {
     let has_gate = card.certainty.as_ref().is_some_and(|certainty| certainty.seen.is_some());
     if has_gate && !matches!(answers, Answers::Classes { gate: Some(_), .. }) {
         remarks.push("The model's gate is not in the C: it does not say whether a sample is like those of the training.".into());
+    }
+    if card.certainty.as_ref().is_some_and(|certainty| certainty.readings.is_some()) {
+        remarks.push("The gate of readings is not in the C: dead channels and noise are told by the logits alone, if at all.".into());
     }
     if card.spec.length.is_some() || card.spec.tare.is_some() {
         remarks.push(

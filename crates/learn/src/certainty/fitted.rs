@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::certainty::answers::answers;
 use crate::certainty::early::EarlyRecord;
 use crate::certainty::held_out::{HeldOut, LEAST, large_groups};
+use crate::certainty::readings::Readings;
 use crate::certainty::reliability::Reliability;
 use crate::certainty::seen::{Seen, tenth_of};
 use crate::certainty::sets::AnswerSet;
@@ -53,6 +54,9 @@ pub struct Certainty {
     /// Whether a sample is like those that were learned; none where the logits were not known, and of methods without logits.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub seen: Option<Seen>,
+    /// Whether the readings of a sample are like those that were learned; none where they were too few, or all equal.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub readings: Option<Readings>,
 }
 
 /// The predictions that a certainty was fitted on.
@@ -179,6 +183,7 @@ impl Certainty {
             sets: AnswerSet::fit(&after, levels),
             under_faults: None,
             seen: None,
+            readings: None,
         };
         Ok(Some((certainty, Reliability::of(&answers))))
     }
@@ -289,7 +294,7 @@ impl Display for Certainty {
             set.worst_group.map_or(Ok(()), |worst| write!(f, ", {:.1} in the worst group", 100.0 * worst))?;
             write!(f, ", {size:.2} classes")?;
         }
-        let gate = if self.seen.is_some() { "says unknown" } else { "does not say unknown" };
+        let gate = if self.has_gate() { "says unknown" } else { "does not say unknown" };
         write!(f, "; {gate}")?;
         match self.under_faults {
             Some(SureAnswers { share, right }) if share > 0.0 => write!(

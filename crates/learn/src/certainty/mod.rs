@@ -12,12 +12,15 @@ mod answers;
 mod apart;
 mod early;
 mod fitted;
+mod gate;
 mod held_out;
 mod intervals;
 mod place;
+mod readings;
 mod reliability;
 mod seen;
 mod sets;
+mod summary;
 mod temperature;
 mod unknown;
 
@@ -28,8 +31,10 @@ pub use fitted::{CalibrationErrors, Certainty, FittedOn, HeldOutParts, SureAnswe
 pub use held_out::HeldOut;
 pub use intervals::{HeldOutValues, IntervalAt, Intervals};
 pub use place::Place;
+pub use readings::Readings;
 pub use reliability::{Reliability, ReliabilityBin};
 pub use seen::{FALSE_ALARMS, Seen};
 pub use sets::AnswerSet;
+pub(crate) use summary::Summary;
 pub use temperature::{fitted_temperature, matched_temperature, tempered};
 pub use unknown::{UnknownDraw, UnknownScores, UnknownTrial, WithoutClasses};

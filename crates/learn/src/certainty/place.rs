@@ -69,7 +69,7 @@ impl Place {
                     }
                 }
             }
-            whitening(covariance)
+            whitening(covariance, RIDGE)
         };
         let within = deviations(&|label| sums[label].clone())?;
         let around = deviations(&|_| center.clone())?;
@@ -102,19 +102,20 @@ impl Place {
 }
 
 /// Returns the product of row `i` of a lower triangle with `values`.
-fn row_product<T: Copy + Into<f64>>(triangle: &[T], i: usize, values: &[f64]) -> f64 {
+pub(super) fn row_product<T: Copy + Into<f64>>(triangle: &[T], i: usize, values: &[f64]) -> f64 {
     let row = &triangle[i * (i + 1) / 2..][..=i];
     row.iter().zip(values).map(|(weight, value)| (*weight).into() * value).sum()
 }
 
 /// Returns the inverse of the Cholesky factor of a covariance, of which the lower half is given: its lower triangle row by row.
-fn whitening(mut covariance: Mat<f64>) -> Option<Vec<f64>> {
+/// The part `ridge` of the mean variance is added to every variance.
+pub(super) fn whitening(mut covariance: Mat<f64>, ridge: f64) -> Option<Vec<f64>> {
     let size = covariance.nrows();
     let mean = (0..size).map(|i| covariance[(i, i)]).sum::<f64>() / size as f64;
     if !(mean.is_finite() && mean > 0.0) {
         return None;
     }
-    (0..size).for_each(|i| covariance[(i, i)] += RIDGE * mean);
+    (0..size).for_each(|i| covariance[(i, i)] += ridge * mean);
     let factor = Llt::new(covariance.as_ref(), Side::Lower).ok()?;
     let mut inverse = Mat::<f64>::identity(size, size);
     faer::linalg::triangular_solve::solve_lower_triangular_in_place(

@@ -7,7 +7,7 @@ use crate::certainty::place::{Place, distance};
 use crate::metrics::Levels;
 
 /// Distances of held-out samples that are kept: the share of samples that are farther is known to a hundredth.
-const RANKS: usize = 100;
+pub(super) const RANKS: usize = 100;
 /// The familiarity up to which a sample is unknown, where nothing else is said: the share of known samples that are refused too.
 pub const FALSE_ALARMS: f32 = 0.05;
 
@@ -36,7 +36,7 @@ impl Seen {
     /// [places](Seen::places) are left for those of the model that gets the gate. None of fewer than 30 samples, and where all
     /// logits are equal.
     pub fn fit(held: &HeldOut, levels: &Levels) -> Option<Self> {
-        let distances = ranked(distances(held, held, levels)?);
+        let distances = ranked(distances(held, held, levels)?, |_| f32::MAX);
         let places = if held.places.is_empty() {
             Place::of_logits(&held.logits, &held.truth, levels)?
         } else {
@@ -49,7 +49,8 @@ impl Seen {
     /// of them has too few.
     pub fn with_tenths(self, held: &HeldOut, starts: &[HeldOut], levels: &Levels) -> Self {
         let tenths =
-            starts.iter().map(|start| distances(held, start, levels).map(ranked)).collect::<Option<_>>();
+            starts.iter().map(|start| distances(held, start, levels).map(|all| ranked(all, |_| f32::MAX)));
+        let tenths = tenths.collect::<Option<_>>();
         Seen { tenths: tenths.unwrap_or_default(), ..self }
     }
 
@@ -62,10 +63,19 @@ impl Seen {
     /// [`FALSE_ALARMS`] or below the sample is unlike those that were learned. `share` of the sample is there, above 0 and at most 1; none of a
     /// beginning where that was not measured.
     pub fn familiarity(&self, logits: &[f32], share: f64, scratch: &mut Vec<f64>) -> Option<f32> {
+        Some(self.rank(logits, share, scratch)? as f32 / RANKS as f32)
+    }
+
+    /// Returns [`Seen::familiarity`] in hundredths.
+    pub(super) fn rank(&self, logits: &[f32], share: f64, scratch: &mut Vec<f64>) -> Option<usize> {
         let distances = if share >= 1.0 { &self.distances } else { tenth_of(&self.tenths, share)? };
-        let distance = self.distance(logits, scratch);
-        let as_far = distances.partition_point(|held| f64::from(*held) >= distance);
-        Some((as_far + 1).min(RANKS) as f32 / RANKS as f32)
+        Some(rank(distances, self.distance(logits, scratch)))
+    }
+
+    /// Returns the familiarity of each of the held-out samples that the gate was fitted to, in hundredths.
+    pub(super) fn ranks_of(&self, held: &HeldOut, levels: &Levels) -> Option<Vec<usize>> {
+        let distances = distances(held, held, levels)?;
+        Some(distances.iter().map(|distance| rank(&self.distances, *distance)).collect())
     }
 
     /// Checks whether the numbers fit attributes of these sizes; says what is wrong otherwise.
@@ -81,16 +91,11 @@ impl Seen {
             let all = [&place.center, &place.within, &place.around, &place.means];
             all.into_iter().flatten().all(|value| value.is_finite())
         };
-        let is_list = |list: &Vec<f32>| {
-            list.len() == RANKS
-                && list.iter().all(|far| far.is_finite())
-                && list.is_sorted_by(|far, near| far >= near)
-        };
         let is_whole = self.places.len() == sizes.len()
             && self.places.iter().zip(sizes).all(fits)
             && self.places.iter().all(numbers)
             && matches!(self.tenths.len(), 0 | 10)
-            && self.tenths.iter().chain([&self.distances]).all(is_list);
+            && self.tenths.iter().chain([&self.distances]).all(|list| is_ranking(list));
         if is_whole { Ok(()) } else { Err("its card holds a gate of other classes, or a damaged one".into()) }
     }
 }
@@ -106,7 +111,7 @@ fn distances(held: &HeldOut, of: &HeldOut, levels: &Levels) -> Option<Vec<f64>> 
     if of.len() < LEAST || [held, of].iter().any(|held| held.logits.len() != held.probabilities.len()) {
         return None;
     }
-    let (mut all, mut scratch) = (vec![], vec![]);
+    let (mut all, mut scratch) = (vec![0.0; of.len()], vec![]);
     for part in of.each_part() {
         let others = match held.places.get(&part) {
             Some(places) => places.clone(),
@@ -115,22 +120,36 @@ fn distances(held: &HeldOut, of: &HeldOut, levels: &Levels) -> Option<Vec<f64>> 
                 Place::of_logits(&others.logits, &others.truth, levels)?
             }
         };
-        let own = of.select(|row| of.parts[row] == part);
-        let rows = own.logits.chunks_exact(levels.outputs());
-        all.extend(rows.map(|row| distance(&others, row, &mut scratch)));
+        let rows = of.logits.chunks_exact(levels.outputs());
+        for ((to, row), _) in all.iter_mut().zip(rows).zip(&of.parts).filter(|(_, own)| **own == part) {
+            *to = distance(&others, row, &mut scratch);
+        }
     }
     all.iter().all(|distance| distance.is_finite()).then_some(all)
 }
 
-/// Returns the distances that [`Seen::distances`] are, of all.
-fn ranked(mut distances: Vec<f64>) -> Vec<f32> {
+/// Returns the distances that [`Seen::distances`] are, of all. Where they are too few to tell, `beyond` makes one of the farthest.
+pub(super) fn ranked(mut distances: Vec<f64>, beyond: impl Fn(f64) -> f32) -> Vec<f32> {
     distances.sort_by(|a, b| b.total_cmp(a));
     let count = distances.len() + 1;
     let of_share = |rank: usize| match rank * count / RANKS {
-        0 => f32::MAX,
+        0 => beyond(distances[0]),
         of_all => distances[of_all.min(distances.len()) - 1] as f32,
     };
     (1..=RANKS).map(of_share).collect()
+}
+
+/// Returns how many hundredths of held-out samples are at least as far, 1..100.
+pub(super) fn rank(distances: &[f32], distance: f64) -> usize {
+    let as_far = distances.partition_point(|held| f64::from(*held) >= distance);
+    (as_far + 1).min(RANKS)
+}
+
+/// Checks whether a list is one that [`ranked`] makes.
+pub(super) fn is_ranking(list: &[f32]) -> bool {
+    list.len() == RANKS
+        && list.iter().all(|far| far.is_finite())
+        && list.is_sorted_by(|far, near| far >= near)
 }
 
 #[cfg(test)]

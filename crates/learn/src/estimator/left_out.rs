@@ -54,7 +54,14 @@ fn certainty(
         ..HeldOut::default()
     };
     let certainty = Certainty::fit(&held, &levels, parts, &dataset.digest, seed)?;
-    Ok(certainty.map(|certainty| certainty.with_logits(&held, &[], &levels)))
+    let fit = |certainty: Certainty| {
+        certainty.with_logits(&held, &[], &levels).with_readings(
+            &held,
+            (dataset.spec.layout, &dataset.x),
+            &levels,
+        )
+    };
+    Ok(certainty.map(fit))
 }
 
 fn intervals(predicted: Vec<f32>, parts: HeldOutParts, set: &TrainingSet) -> Option<Intervals> {

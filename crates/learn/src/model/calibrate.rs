@@ -56,12 +56,16 @@ impl Model {
         let logits = if predictor.has_logits() { logits } else { vec![] };
         let n = dataset.len();
         let groups = dataset.groups.clone();
-        let held = HeldOut { probabilities, logits, parts: vec![0; n], groups, ..held };
+        let rows = (0..n).collect();
+        let held = HeldOut { probabilities, logits, parts: vec![0; n], rows, groups, ..held };
         let seed = card.trained_on.seed;
         let fitted = Certainty::fit(&held, &card.levels(), HeldOutParts::Recordings, &dataset.digest, seed)?;
         match fitted {
             Some(certainty) => {
-                let certainty = certainty.with_logits(&held, &[], &card.levels());
+                let (levels, kept) = (card.levels(), predictor.kept(x)?);
+                let readings = (card.spec.layout, &*predictor.mended(&kept));
+                let certainty = certainty.with_logits(&held, &[], &levels);
+                let certainty = certainty.with_readings(&held, readings, &levels);
                 Ok(plain.with_certainty(Some(certainty)))
             }
             None => Err(refuse(format!("cannot be calibrated on {n} samples; give 30 or more"))),

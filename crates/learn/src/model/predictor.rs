@@ -10,7 +10,7 @@ use super::card::{Card, ModelInput};
 use super::predictions::Predictions;
 use super::ready::{Ready, open};
 use super::workspace::Workspace;
-use crate::certainty::{Seen, tempered};
+use crate::certainty::{Summary, tempered};
 use crate::encoding::{Transform, mended};
 use crate::error::{Error, Result};
 use crate::metrics::{around, spread};
@@ -104,10 +104,21 @@ impl Predictor {
         self.encode_checked(&self.kept(x)?)
     }
 
+    /// Returns samples as the guard hands them on.
+    pub(super) fn mended<'x>(&self, kept: &'x RawSamples) -> CowArray<'x, f32, IxDyn> {
+        match &self.guard {
+            Some(guard) => mended(guard, kept).0.into(),
+            None => kept.view().into(),
+        }
+    }
+
     /// Does what [`Predictor::encode`] does, for samples that are known to be of the model's shape, and finite.
     fn encode_checked(&self, kept: &RawSamples) -> Result<Vec<ArrayD<f32>>> {
-        let behind = self.guard.as_ref().map(|guard| mended(guard, kept).0);
-        let x: &RawSamples = behind.as_deref().unwrap_or(kept);
+        self.encode_mended(&self.mended(kept))
+    }
+
+    /// Encodes what the guard hands on.
+    fn encode_mended(&self, x: &RawSamples) -> Result<Vec<ArrayD<f32>>> {
         let (n, readings, name) = (x.len_of(Axis(0)), x.as_standard_layout(), &self.card.name);
         let of_one = (readings.len() / n.max(1)).max(1);
         let encoded = |transform: &Transform| -> Result<ArrayD<f32>> {
@@ -138,7 +149,8 @@ impl Predictor {
         let encoders = inputs.iter().map(|input| input.transform.compile(&spec.shape, name));
         let memory = self.method.memory();
         let watch = self.guard.clone().map(Watch::new);
-        Ok(Workspace::new(watch, encoders.collect::<Result<_>>()?, memory, [self.width, self.outputs]))
+        let encoders = encoders.collect::<Result<_>>()?;
+        Ok(Workspace::new(watch, encoders, memory, [self.width, self.outputs], self.summary()))
     }
 
     /// Probabilities of one raw reading, row-major, of the shape that the card states: those of [`Predictor::predict`],
@@ -175,11 +187,14 @@ impl Predictor {
         if reading.len() != shape.iter().product::<usize>() {
             return Err(self.refuse(format!("this one has {} values", reading.len())));
         }
-        let Workspace { guard, encoders, inputs, .. } = workspace;
+        let Workspace { guard, encoders, inputs, summary, .. } = workspace;
         let reading = match guard {
             Some(guard) => guard.mend(reading),
             None => reading,
         };
+        if let Some((summary, range)) = summary {
+            summary.of(reading, *range);
+        }
         for (encoder, input) in encoders.iter_mut().zip(inputs) {
             encoder.encode(reading, input)?;
         }
@@ -206,12 +221,13 @@ impl Predictor {
     }
 
     /// Returns the familiarity of the last sample of a workspace, of which the share `seen` was there: the share of held-out
-    /// samples that were at least as far from what the model has learned, 0.01..1. None of a model without a gate. Nothing is
+    /// samples that were at least as unlike what the model has learned, 0.01..1. None of a model without a gate. Nothing is
     /// allocated.
     pub fn familiarity(&self, workspace: &mut Workspace, seen: f64) -> Option<f32> {
-        let gate = self.gate()?;
-        let Workspace { logits, scratch, .. } = workspace;
-        if logits.len() == self.outputs { gate.familiarity(logits, seen, scratch) } else { None }
+        let Workspace { logits, scratch, summary, .. } = workspace;
+        let logits = (logits.len() == self.outputs).then_some(&**logits);
+        let summary = summary.as_ref().map(|(summary, _)| summary.last());
+        self.card.certainty.as_ref()?.familiarity(logits, summary, seen, scratch)
     }
 
     /// Returns the interval of one quantity of the last sample of a workspace that holds the true value in `share` of samples, 0.8,
@@ -225,14 +241,16 @@ impl Predictor {
         Some(at.ends(quantity, value, around))
     }
 
-    /// Returns the gate of the card.
-    fn gate(&self) -> Option<&Seen> {
-        self.card.certainty.as_ref()?.seen.as_ref()
+    /// Returns what summarises a sample for the gate of readings, and their range.
+    fn summary(&self) -> Option<(Summary, f32)> {
+        let readings = self.card.certainty.as_ref()?.readings.as_ref()?;
+        let spec = &self.card.spec;
+        Some((Summary::new(spec.layout, &spec.shape), readings.range))
     }
 
     /// Selects the channels that the model was trained on, of whole recordings. Checks that samples are of the model's shape
     /// and finite.
-    fn kept<'x>(&self, x: &'x RawSamples) -> Result<CowArray<'x, f32, IxDyn>> {
+    pub(super) fn kept<'x>(&self, x: &'x RawSamples) -> Result<CowArray<'x, f32, IxDyn>> {
         let refuse = |given: String| Err(self.refuse(given));
         let spec = &self.card.spec;
         let kept: CowArray<'x, f32, IxDyn> = match (&spec.channels, x.shape()) {
@@ -312,13 +330,14 @@ impl Predictor {
     /// # Errors
     /// As [`Predictor::encode`] and [`Predictor::predict_encoded`].
     pub fn predict(&self, x: &RawSamples) -> Result<Predictions> {
-        let logits = self.logits(x)?;
-        let mut scratch = vec![];
-        let mut of_rows = |gate: &Seen| -> Option<Vec<f32>> {
-            let rows = logits.chunks_exact(self.outputs);
-            rows.map(|row| gate.familiarity(row, 1.0, &mut scratch)).collect()
-        };
-        let familiarity = self.gate().and_then(&mut of_rows);
+        let mut summary = self.summary();
+        let mut numbers = vec![];
+        let logits = self.logits_of(x, &mut |sample| {
+            if let Some((summary, range)) = &mut summary {
+                numbers.extend(summary.of(sample, *range));
+            }
+        })?;
+        let familiarity = self.familiarities(&logits, &numbers);
         let spread = self.card.value_loss().map_or(vec![], |loss| spread(loss, &logits, self.outputs));
         let predictions = Predictions::new(self.card.task.clone(), self.finished(logits), familiarity);
         Ok(predictions.with_intervals(spread, self.card.intervals.clone()))
@@ -329,6 +348,11 @@ impl Predictor {
     /// # Errors
     /// As [`Predictor::predict`].
     pub fn logits(&self, x: &RawSamples) -> Result<Vec<f32>> {
+        self.logits_of(x, &mut |_| {})
+    }
+
+    /// Computes the logits, and shows each sample as the guard hands it on.
+    fn logits_of(&self, x: &RawSamples, see: &mut dyn FnMut(&[f32])) -> Result<Vec<f32>> {
         let kept = self.kept(x)?;
         let n = kept.len_of(Axis(0));
         let each = (kept.len() / n).max(1);
@@ -337,14 +361,29 @@ impl Predictor {
         let mut logits = Vec::with_capacity(n * self.width);
         for first in (0..n).step_by(step) {
             let piece = kept.slice_axis(Axis(0), Slice::from(first..(first + step).min(n)));
-            let inputs = match self.encode_checked(&piece) {
+            let piece = self.mended(&piece);
+            let inputs = match self.encode_mended(&piece) {
                 Ok(inputs) => inputs,
                 // The message that numbers the samples from the first.
                 Err(error) => return Err(self.encode_checked(&kept).err().unwrap_or(error)),
             };
+            piece.as_standard_layout().as_slice().unwrap_or_default().chunks_exact(each).for_each(&mut *see);
             logits.extend(self.logits_encoded(&inputs)?);
         }
         Ok(logits)
+    }
+
+    /// Returns the familiarity of each sample by its row of logits and its row of summary numbers; none without a gate.
+    fn familiarities(&self, logits: &[f32], numbers: &[f64]) -> Option<Vec<f32>> {
+        let certainty = self.card.certainty.as_ref()?;
+        let mut scratch = vec![];
+        let width = numbers.len() / (logits.len() / self.width.max(1)).max(1);
+        let of_row = |(row, logits): (usize, &[f32])| {
+            let logits = (self.width == self.outputs).then_some(logits);
+            let summary = numbers.get(row * width..(row + 1) * width).filter(|summary| !summary.is_empty());
+            certainty.familiarity(logits, summary, 1.0, &mut scratch)
+        };
+        logits.chunks_exact(self.width).enumerate().map(of_row).collect()
     }
 
     /// Checks whether classes are decided by logits: not by k-NN and the majority.

@@ -3,6 +3,7 @@
 use taxel_guard::{ReplacedElement, Watch};
 use taxel_runtime as runtime;
 
+use crate::certainty::Summary;
 use crate::encoding::Compiled;
 
 /// Memory of one thread that predicts with a [`Predictor`](super::Predictor), which makes it: all inputs and values,
@@ -19,6 +20,8 @@ pub struct Workspace {
     pub(super) probabilities: Vec<f32>,
     /// Of the gate.
     pub(super) scratch: Vec<f64>,
+    /// Of the readings of the last sample, and their range; none without a gate of them.
+    pub(super) summary: Option<(Summary, f32)>,
 }
 
 /// A guard, and the last reading as it hands it on.
@@ -49,6 +52,7 @@ impl Workspace {
         encoders: Vec<Compiled>,
         memory: ModelMemory,
         [width, outputs]: [usize; 2],
+        summary: Option<(Summary, f32)>,
     ) -> Self {
         let input = |encoder: &Compiled| vec![0.0; encoder.shape().iter().product()];
         let inputs = encoders.iter().map(input).collect();
@@ -65,6 +69,7 @@ impl Workspace {
             logits,
             probabilities,
             scratch: Vec::with_capacity(2 * outputs),
+            summary,
         }
     }
 

@@ -302,18 +302,23 @@ impl Fit {
         let case = Case::new(folder.clone(), dataset.clone());
         let threads = self.threads.count()?;
         let found = case.and_then(|case| Ok((held_out(&case, row, threads)?, Judgement::read(&case)?)));
-        let (held, judgement) = match found {
+        let (found_held, judgement) = match found {
             Ok(found) => found,
             Err(error) => {
                 note(format!(
-                    "early decisions are not calibrated, and nothing is answered as unknown: {error}"
+                    "early decisions are not calibrated, and unknown samples are told by their readings alone: {error}"
                 ));
                 (None, None)
             }
         };
-        let certainty = match held {
-            Some(held) => certainty.with_logits(&held.whole, &held.starts, &levels),
-            None => certainty,
+        let raw = (dataset.spec.layout, &*dataset.x);
+        let certainty = match found_held {
+            Some(found) => certainty.with_logits(&found.whole, &found.starts, &levels).with_readings(
+                &found.whole,
+                raw,
+                &levels,
+            ),
+            None => certainty.with_readings(&held, raw, &levels),
         };
         let stress = judgement.and_then(|judgement| judgement.stress);
         let tested = stress.iter().flat_map(|stress| &stress.networks).find(|network| network.network == row);

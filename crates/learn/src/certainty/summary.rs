@@ -1,0 +1,244 @@
+//! Numbers that tell how the readings of a sample behave.
+
+use taxel_data::Layout;
+
+/// The part of the range that is added to deviations before their logarithm is taken: a dead channel has none.
+const FLOOR: f32 = 1e-3;
+/// Sums that run beside each other, so that the processor adds several values at a time.
+const LANES: usize = 8;
+
+/// Summarises samples of one layout: the mean, the spread, the roughness and the ends of their readings.
+///
+/// Of samples with time there are twelve numbers: the mean, the logarithms of the spread of all readings, of the mean spread of a
+/// channel, of its mean change from step to step and of the ratio of the two, the lowest and highest reading, the spread of the
+/// channels' means, and the ends of the channels' spreads and means. Of a still image there are eight, its rows and columns in
+/// place of channels and steps.
+#[derive(Debug, Clone)]
+pub(crate) struct Summary {
+    layout: Layout,
+    channels: usize,
+    steps: usize,
+    /// Distance of two steps of a channel in memory: 1, or the number of taxels.
+    stride: usize,
+    /// One channel whose steps do not lie side by side.
+    row: Vec<f32>,
+    numbers: [f64; Summary::MOST],
+}
+
+/// One channel.
+#[derive(Clone, Copy)]
+struct Channel {
+    mean: f32,
+    /// Standard deviation.
+    spread: f32,
+    /// Root mean square of the changes from step to step.
+    change: f32,
+    low: f32,
+    high: f32,
+}
+
+impl Summary {
+    /// Most numbers.
+    pub(crate) const MOST: usize = 12;
+    /// Numbers of a still image.
+    const STILL: usize = 8;
+
+    /// Prepares for samples of this layout and shape.
+    pub(crate) fn new(layout: Layout, shape: &[usize]) -> Self {
+        let all: usize = shape.iter().product();
+        let (steps, stride) = match (layout, shape) {
+            (Layout::Sequence, [time, ..]) => (*time, all / (*time).max(1)),
+            (_, [.., last]) => (*last, 1),
+            (_, []) => (0, 1),
+        };
+        let row = if stride == 1 { vec![] } else { vec![0.0; steps] };
+        let numbers = [0.0; Self::MOST];
+        Summary { layout, channels: all / steps.max(1), steps, stride, row, numbers }
+    }
+
+    /// Returns how many numbers there are.
+    pub(crate) fn count(&self) -> usize {
+        if self.layout.has_time() { Self::MOST } else { Self::STILL }
+    }
+
+    /// Checks whether number `k` of `count` is a logarithm.
+    pub(crate) fn is_logarithm(k: usize, count: usize) -> bool {
+        if count == Self::STILL { (1..=5).contains(&k) } else { (1..=4).contains(&k) }
+    }
+
+    /// Summarises a sample of readings of that range. Nothing is allocated.
+    pub(crate) fn of(&mut self, sample: &[f32], range: f32) -> &[f64] {
+        let floor = FLOOR * range;
+        let log = |value: f32| f64::from(value + floor).ln();
+        let n = self.channels.max(1) as f32;
+        let (mut means, mut spreads, mut changes) = ([0.0f32; 2], [0.0f32; 2], 0.0f32);
+        let mut ends = [[f32::INFINITY, f32::NEG_INFINITY]; 3];
+        for number in 0..self.channels {
+            let channel = self.channel(sample, number);
+            // Around the first mean, so that the sum of squares keeps its digits far from zero.
+            let off = channel.mean - sample.first().copied().unwrap_or(0.0);
+            means = [means[0] + off, means[1] + off * off];
+            spreads = [spreads[0] + channel.spread, spreads[1] + channel.spread * channel.spread];
+            changes += channel.change;
+            let ranges =
+                [[channel.low, channel.high], [channel.spread, channel.spread], [channel.mean, channel.mean]];
+            for (end, [low, high]) in ends.iter_mut().zip(ranges) {
+                *end = [end[0].min(low), end[1].max(high)];
+            }
+        }
+        let [mean_off, square] = means.map(|sum| sum / n);
+        let between = (square - mean_off * mean_off).max(0.0);
+        let mean = f64::from(mean_off) + f64::from(sample.first().copied().unwrap_or(0.0));
+        let spread = (spreads[1] / n + between).sqrt();
+        let (within, change) = (spreads[0] / n, changes / n);
+        let [low, high] = ends[0].map(f64::from);
+        if self.layout.has_time() {
+            let rough = log(change) - log(within);
+            let [[least, most], [bottom, top]] = [ends[1].map(f64::from), ends[2].map(f64::from)];
+            let between = f64::from(between.sqrt());
+            self.numbers = [
+                mean,
+                log(spread),
+                log(within),
+                log(change),
+                rough,
+                low,
+                high,
+                between,
+                least,
+                most,
+                bottom,
+                top,
+            ];
+        } else {
+            let across = self.across(sample);
+            let rough = log(change + across) - log(spread);
+            let still = [mean, log(spread), log(change), log(across), rough, log(within), low, high];
+            self.numbers[..Self::STILL].copy_from_slice(&still);
+        }
+        self.last()
+    }
+
+    /// Returns the numbers of the last sample.
+    pub(crate) fn last(&self) -> &[f64] {
+        &self.numbers[..self.count()]
+    }
+
+    fn channel(&mut self, sample: &[f32], number: usize) -> Channel {
+        if self.stride == 1 {
+            return Channel::of(&sample[number * self.steps..][..self.steps]);
+        }
+        for (step, value) in self.row.iter_mut().enumerate() {
+            *value = sample[step * self.stride + number];
+        }
+        Channel::of(&self.row)
+    }
+
+    /// Returns the root mean square of the differences between neighbouring rows, 0 of one row.
+    fn across(&self, sample: &[f32]) -> f32 {
+        let next = &sample[self.steps.min(sample.len())..];
+        let squares = sum(sample.len().saturating_sub(self.steps), |at| (next[at] - sample[at]).powi(2));
+        (squares / next.len().max(1) as f32).sqrt()
+    }
+}
+
+impl Channel {
+    fn of(values: &[f32]) -> Self {
+        let (count, first) = (values.len().max(1) as f32, values.first().copied().unwrap_or(0.0));
+        let off = sum(values.len(), |at| values[at] - first) / count;
+        let squares = sum(values.len(), |at| (values[at] - first - off).powi(2));
+        let next = values.get(1..).unwrap_or_default();
+        let changes = sum(next.len(), |at| (next[at] - values[at]).powi(2));
+        let mut ends = [[first; LANES]; 2];
+        for piece in values.chunks(LANES) {
+            for ((low, high), value) in lanes(&mut ends).zip(piece) {
+                *low = low.min(*value);
+                *high = high.max(*value);
+            }
+        }
+        Channel {
+            mean: first + off,
+            spread: (squares / count).sqrt(),
+            change: (changes / next.len().max(1) as f32).sqrt(),
+            low: ends[0].iter().copied().fold(first, f32::min),
+            high: ends[1].iter().copied().fold(first, f32::max),
+        }
+    }
+}
+
+fn lanes(ends: &mut [[f32; LANES]; 2]) -> impl Iterator<Item = (&mut f32, &mut f32)> {
+    let [low, high] = ends;
+    low.iter_mut().zip(high)
+}
+
+/// Sums `count` values, [`LANES`] beside each other.
+fn sum(count: usize, value: impl Fn(usize) -> f32) -> f32 {
+    let mut sums = [0.0f32; LANES];
+    let whole = count / LANES * LANES;
+    for first in (0..whole).step_by(LANES) {
+        for (lane, sum) in sums.iter_mut().enumerate() {
+            *sum += value(first + lane);
+        }
+    }
+    let rest: f32 = (whole..count).map(value).sum();
+    sums.iter().sum::<f32>() + rest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn near(given: &[f64], wanted: &[f64]) {
+        assert_eq!(given.len(), wanted.len());
+        for (k, (given, wanted)) in given.iter().zip(wanted).enumerate() {
+            assert!(
+                (given - wanted).abs() < 1e-5 * wanted.abs().max(1.0),
+                "number {k}: {given}, not {wanted}"
+            );
+        }
+    }
+
+    #[test]
+    fn numbers_of_two_channels_are_those_by_hand() {
+        let mut summary = Summary::new(Layout::Series, &[2, 4]);
+        let sample = [1.0, 3.0, 1.0, 3.0, 6.0, 6.0, 6.0, 6.0];
+        let log = |value: f64| (value + 0.01).ln();
+        let wanted = [
+            4.0,
+            log((0.5f64 + 4.0).sqrt()),
+            log(0.5),
+            log(1.0),
+            log(1.0) - log(0.5),
+            1.0,
+            6.0,
+            2.0,
+            0.0,
+            1.0,
+            2.0,
+            6.0,
+        ];
+        near(summary.of(&sample, 10.0), &wanted);
+        // The same readings as frames: the steps of a taxel lie apart.
+        let frames = [1.0, 6.0, 3.0, 6.0, 1.0, 6.0, 3.0, 6.0];
+        near(Summary::new(Layout::Sequence, &[4, 1, 2]).of(&frames, 10.0), &wanted);
+    }
+
+    #[test]
+    fn numbers_of_an_image_know_rows_and_columns() {
+        let log = |value: f64| (value + 0.01).ln();
+        // Rows 0 4, 2 6: along a row the change is 4, across rows 2.
+        let mut summary = Summary::new(Layout::Image, &[2, 2]);
+        let given = summary.of(&[0.0, 4.0, 2.0, 6.0], 10.0);
+        let spread = log(5f64.sqrt());
+        let wanted = [3.0, spread, log(4.0), log(2.0), log(6.0) - spread, log(2.0), 0.0, 6.0];
+        near(given, &wanted);
+    }
+
+    #[test]
+    fn a_small_spread_far_from_zero_keeps_its_digits() {
+        let mut summary = Summary::new(Layout::Series, &[1, 100]);
+        let sample: Vec<f32> = (0..100).map(|step| 60_000.0 + (step % 2) as f32).collect();
+        let numbers = summary.of(&sample, 1.0);
+        assert!((numbers[1] - 0.501f64.ln()).abs() < 1e-3 && (numbers[3] - 1.001f64.ln()).abs() < 1e-3);
+    }
+}
