@@ -6,6 +6,9 @@ use taxel_report::table::{Cell, Column, Table};
 use crate::report::names::table;
 use crate::values::{NetworkStress, RowCertainty, Score, Stress};
 
+/// Area under the ROC curve, 0..1, below which a gate tells nothing.
+const CHANCE: f64 = 0.55;
+
 fn percent(share: Option<f64>) -> Option<f64> {
     share.map(|share| 100.0 * share)
 }
@@ -65,11 +68,25 @@ pub(super) fn certainty(rows: &[RowCertainty]) -> Table {
         ),
         _ => String::new(),
     };
+    let blind = blind(rows);
     let caption = format!(
         "Expected calibration error in 15 bins, each part at the temperature of the others; to expect: that of a model whose \
-         probabilities are right, with as many samples{few}"
+         probabilities are right, with as many samples{few}{blind}"
     );
     Table::new(table::CERTAINTY, caption, columns, rows)
+}
+
+/// Names the rows whose gates do not tell classes that nobody learned; empty where there are none.
+fn blind(rows: &[RowCertainty]) -> String {
+    let is_blind = |row: &&RowCertainty| row.unknown.is_some_and(|unknown| unknown.auroc < CHANCE);
+    let names: Vec<&str> = rows.iter().filter(is_blind).map(|row| row.network.as_str()).collect();
+    if names.is_empty() {
+        return String::new();
+    }
+    let (names, chance) = (names.join(", "), 100.0 * CHANCE);
+    format!(
+        ". The logits of {names} do not tell classes that nobody learned: an AUROC below {chance:.0} % is chance"
+    )
 }
 
 /// Returns a table with a row per network and a column per fault: what gates find unknown.
