@@ -146,6 +146,7 @@ TRAINED = [
     ("mini-rocket", ENTROPY, Z_SCORE, False),
     ("deep-mlp", "huber", '{ kind = "history", lags = [1, 3, 9] }', True),
     ("deep-mlp", "gaussian-likelihood", '{ kind = "quantile-code" }', True),
+    ("layer-norm-mlp", "huber", '{ kind = "history", lags = [1, 3, 9] }', True),
     ("ridge", "huber", Z_SCORE, True),
     ("mini-rocket", "huber", Z_SCORE, True),
 ]

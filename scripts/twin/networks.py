@@ -170,6 +170,24 @@ class DeepMlp(nn.Module):
         return self.head(x)
 
 
+class LayerNormMlp(nn.Module):
+    """taxel's own: hidden layers with a layer norm each."""
+
+    def __init__(self, in_features, hidden, layers, classes):
+        super().__init__()
+        self.layers = layers
+        for layer in range(1, layers + 1):
+            setattr(self, f"fc{layer}", nn.Linear(in_features if layer == 1 else hidden, hidden))
+            setattr(self, f"ln{layer}", nn.LayerNorm(hidden))
+        self.head = nn.Linear(hidden, classes)
+
+    def forward(self, signal):
+        x = signal.flatten(1)
+        for layer in range(1, self.layers + 1):
+            x = torch.relu(getattr(self, f"ln{layer}")(getattr(self, f"fc{layer}")(x)))
+        return self.head(x)
+
+
 class Lstm(nn.Module):
     """Kaewrakmuk and Srinonchat 2026, Table 5: the last hidden state of one layer that reads the sensors step by step."""
 
@@ -445,6 +463,7 @@ TWINS = {
     "mlp": Twin(Mlp, dict(classes=3, in_features=250, hidden=128), [(1, "in_features")]),
     # Three samples under a batch norm: larger steps carry rounding on.
     "deep-mlp": Twin(DeepMlp, dict(classes=3, in_features=250, hidden=128, layers=3), [(1, "in_features")], rate=0.001),
+    "layer-norm-mlp": Twin(LayerNormMlp, dict(classes=3, in_features=250, hidden=128, layers=3), [(1, "in_features")], cases=[{}, dict(in_features=9, hidden=11, layers=2, classes=4)]),
     "lstm": Twin(Lstm, dict(GRASP, hidden=128), [SIGNAL], cases=[{}, dict(in_channels=3, length=17, hidden=20, classes=4)]),
     "fcn-1d": Twin(Fcn, GRASP, [SIGNAL], cases=[dict(in_channels=2, length=11, classes=4)]),
     "ds-cnn-1d": Twin(DsCnn, GRASP, [SIGNAL], cases=[dict(in_channels=2, length=11, classes=4)]),

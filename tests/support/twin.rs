@@ -325,6 +325,7 @@ fn operation(case: &Value) -> Graph {
         }
         "norm_with" => x.batch_norm_with("op", real("eps"), real("momentum")),
         "feature_norm" => x.flatten().batch_norm("op"),
+        "layer_norm" => x.flatten().layer_norm_with("op", real("eps")),
         "linear" => x.flatten().linear_no_bias("op", number("outputs")),
         "none" => x,
         other => panic!("unknown operation {other}"),

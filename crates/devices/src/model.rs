@@ -159,6 +159,11 @@ impl Model {
                 };
                 batch_norm(x, [&mean, &var, tensor(0), tensor(1)], *eps)
             }
+            Op::LayerNorm { eps } => {
+                let deviations = x.broadcast_sub(&x.mean_keepdim(1)?)?;
+                let sd = (deviations.sqr()?.mean_keepdim(1)? + f64::from(*eps))?.sqrt()?;
+                deviations.broadcast_div(&sd)?.broadcast_mul(tensor(0))?.broadcast_add(tensor(1))
+            }
             // candle's own relu passes the gradient at 0; PyTorch does not.
             Op::Relu => x.le(0f32)?.where_cond(&x.zeros_like()?, x),
             Op::Activation(function) => activation::apply(*function, x),

@@ -100,7 +100,7 @@ fn compare_soft_targets(loss: Loss, scale: f32) {
 #[test]
 fn operations_beside_another_reader() {
     type Case = (&'static str, &'static [usize], fn(&Flow) -> Flow);
-    let cases: [Case; 16] = [
+    let cases: [Case; 18] = [
         ("leaky_relu", &[3, 4, 5], |x| x.activation(Activation::LeakyRelu { slope: 0.1 })),
         ("sigmoid", &[3, 4, 5], |x| x.activation(Activation::Sigmoid)),
         ("tanh", &[3, 7], |x| x.activation(Activation::Tanh)),
@@ -114,6 +114,8 @@ fn operations_beside_another_reader() {
         ("slice", &[5, 4, 5], |x| x.slice(1, 3)),
         ("adaptive", &[3, 5, 7], |x| x.adaptive_average_pool([2, 3])),
         ("deviation", &[3, 5, 7], |x| x.global_standard_deviation(1e-3)),
+        ("layer norm", &[3, 5, 7], |x| x.flatten().layer_norm_with("op", 1e-3)),
+        ("layer norm of few", &[3, 4, 2], |x| x.global_average_pool().layer_norm("op")),
         ("dilated", &[3, 9], |x| x.conv("op", Conv::new(4, 3).dilation(2).same())),
         ("lstm", &[3, 6], |x| x.lstm("op", 4)),
         ("max", &[3, 5, 6], |x| x.max_pool(Pool::new(2).stride(1))),

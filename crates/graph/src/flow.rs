@@ -11,6 +11,8 @@ use crate::state::{NetworkState, drawn, fresh};
 
 /// PyTorch's default ε of batch normalisation.
 pub const BATCH_NORM_EPS: f32 = 1e-5;
+/// PyTorch's ε of a layer norm.
+const LAYER_NORM_EPS: f32 = 1e-5;
 /// PyTorch's default momentum of batch normalisation.
 pub const BATCH_NORM_MOMENTUM: f32 = 0.1;
 
@@ -89,6 +91,16 @@ impl Flow {
     /// Adds batch normalisation `name`; ε above 0, momentum (weight of the new batch) in 0..=1.
     pub fn batch_norm_with(&self, name: &str, eps: f32, momentum: f32) -> Flow {
         self.computed(|_| self.full(name), Op::BatchNorm { eps, momentum }, &[])
+    }
+
+    /// Adds layer normalisation `name` of features, with PyTorch's ε.
+    pub fn layer_norm(&self, name: &str) -> Flow {
+        self.layer_norm_with(name, LAYER_NORM_EPS)
+    }
+
+    /// Adds layer normalisation `name` of features; ε above 0.
+    pub fn layer_norm_with(&self, name: &str, eps: f32) -> Flow {
+        self.computed(|_| self.full(name), Op::LayerNorm { eps }, &[])
     }
 
     /// Adds a rectified linear unit.

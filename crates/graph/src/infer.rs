@@ -70,6 +70,7 @@ impl<'a> Inference<'a> {
                         self.conv(x, *filters, (window, dilation), *groups, *bias)
                     }
                     Op::BatchNorm { eps, momentum } => self.batch_norm(x, *eps, *momentum),
+                    Op::LayerNorm { eps } => self.layer_norm(x, *eps),
                     Op::Activation(activation) => self.activation(x, *activation),
                     Op::Dropout { probability } => self.dropout(x, *probability),
                     Op::MaxPool(window) => self.pool(x, window, &window.padding),
@@ -200,6 +201,17 @@ impl<'a> Inference<'a> {
             self.buffer(tensor("running_var", 1.0)),
         ];
         Ok((x.to_vec(), params))
+    }
+
+    fn layer_norm(&self, x: &[usize], eps: f32) -> Inferred {
+        let &[features] = x else {
+            return self.refuse(format!("needs features, the input is {}", describe(x)));
+        };
+        if !(eps > 0.0 && eps.is_finite()) {
+            return self.refuse(format!("ε {eps} must be above 0"));
+        }
+        let tensor = |suffix, value| self.constant(format!("{}.{suffix}", self.node), features, value);
+        Ok((x.to_vec(), vec![tensor("weight", 1.0), tensor("bias", 0.0)]))
     }
 
     fn activation(&self, x: &[usize], activation: Activation) -> Inferred {

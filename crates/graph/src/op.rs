@@ -36,6 +36,12 @@ pub enum Op {
         /// Weight of the new batch in the running statistics.
         momentum: f32,
     },
+    /// Layer normalisation of the features of each sample (`torch.nn.LayerNorm`): `(x − mean) / √(var + eps)`, by their
+    /// mean and biased variance, times `weight`, plus `bias`. One NaN makes all of them NaN.
+    LayerNorm {
+        /// Added to the variance; above 0.
+        eps: f32,
+    },
     /// `max(x, 0)`; NaN stays NaN; the gradient at 0 is 0.
     Relu,
     /// Any other function of one value.
@@ -168,6 +174,7 @@ impl Op {
             Op::Input => "input",
             Op::Conv { .. } => "conv",
             Op::BatchNorm { .. } => "batch_norm",
+            Op::LayerNorm { .. } => "layer_norm",
             Op::Relu => "relu",
             Op::Activation(activation) => activation.kind(),
             Op::Dropout { .. } => "dropout",

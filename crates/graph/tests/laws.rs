@@ -90,6 +90,7 @@ fn operations_keep_or_change_shapes() {
     assert_eq!(shape_after(&image, |x| x.conv("c", dilated().same())), [2, 4, 5]);
     assert_eq!(shape_after(&[5, 50], |x| x.lstm("lstm", 128)), [128]);
     assert_eq!(shape_after(&[7], |x| x.batch_norm("bn").linear_no_bias("fc", 3)), [3]);
+    assert_eq!(shape_after(&[7], |x| x.layer_norm("ln")), [7]);
 }
 
 #[test]
@@ -117,6 +118,8 @@ fn windows_joins_and_layers_that_do_not_fit() {
         refusal(&[3, 4], |x| x.global_standard_deviation(0.0)),
         "x/global_standard_deviation: ε 0 must be above 0",
     );
+    same(refusal(&[3, 4], |x| x.layer_norm("ln")), "ln: needs features, the input is channels 3 × length 4");
+    same(refusal(&[3], |x| x.layer_norm_with("ln", -1.0)), "ln: ε -1 must be above 0");
     same(
         refusal(&[3, 4], |x| x.conv("c", Conv::new(4, 3).dilation(2))),
         "c: kernel 5 along length is larger than the padded size 4; the input is channels 3 × length 4",

@@ -6,7 +6,7 @@ use serde_json::Value;
 use taxel_kernels::adaptive_pool::AdaptivePool;
 use taxel_kernels::lstm::{Lstm, Trace, Weights};
 use taxel_kernels::optim::{Adam, adam, adamw, clip_by_global_norm};
-use taxel_kernels::{activation, loss};
+use taxel_kernels::{activation, layer_norm, loss};
 
 fn cases() -> Value {
     serde_json::from_str(include_str!("data/kernels.json")).unwrap()
@@ -161,6 +161,33 @@ fn adaptive_pools() {
         spoiled[0] = f32::NAN;
         pool.forward(&spoiled, &mut y);
         assert!(y[0].is_nan() && y[1].is_finite());
+    }
+}
+
+#[test]
+fn layer_norms() {
+    for case in cases()["layer_norm"].as_array().unwrap() {
+        let [weight, bias, x, dy] = ["weight", "bias", "x", "dy"].map(|key| numbers(&case[key]));
+        let (mut y, eps) = (vec![f32::NAN; x.len()], case["eps"].as_f64().unwrap() as f32);
+        let moments = layer_norm::forward(eps, &x, &weight, &bias, &mut y);
+        close("y", &y, &case["y"], 1e-5);
+        let mut dx = vec![f32::NAN; x.len()];
+        layer_norm::backward(moments, &x, &weight, &dy, &mut dx, false);
+        close("dx", &dx, &case["dx"], 1e-5);
+        let once = dx.clone();
+        layer_norm::backward(moments, &x, &weight, &dy, &mut dx, true);
+        assert!(dx.iter().zip(&once).all(|(twice, once)| *twice == 2.0 * once), "added");
+        let [mut dweight, mut dbias] = [(); 2].map(|()| vec![0.0; x.len()]);
+        for _ in 0..2 {
+            layer_norm::add_gradients(moments, &x, &dy, &mut dweight, &mut dbias);
+        }
+        for (what, twice) in [("dweight", dweight), ("dbias", dbias)] {
+            close(what, &twice.iter().map(|v| v / 2.0).collect::<Vec<f32>>(), &case[what], 1e-5);
+        }
+        let mut spoiled = x;
+        spoiled[1] = f32::NAN;
+        layer_norm::forward(eps, &spoiled, &weight, &bias, &mut y);
+        assert!(y.iter().all(|y| y.is_nan()));
     }
 }
 

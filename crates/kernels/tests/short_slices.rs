@@ -7,7 +7,6 @@ use common::{most, needs, panics, says_what_is_needed};
 use taxel_kernels::adaptive_pool::AdaptivePool;
 use taxel_kernels::batch_norm::InputGradient;
 use taxel_kernels::conv::Conv;
-use taxel_kernels::deviation;
 use taxel_kernels::lstm::{Lstm, Trace, Weights};
 use taxel_kernels::matmul::{Matrix, few_rows, matmul};
 use taxel_kernels::optim::Adam;
@@ -16,6 +15,7 @@ use taxel_kernels::{
     AffineView, Rectifier, Window3, activation, batch_norm, dropout, layout, loss, optim, pointwise, pool,
     reduce,
 };
+use taxel_kernels::{deviation, layer_norm};
 
 #[test]
 fn activations() {
@@ -69,6 +69,17 @@ fn values_that_are_moved() {
         needs("transpose", [rows * width; 2], |[x, y]| layout::transpose(rows, width, x, y, add));
         needs("dropout", [37; 2], |[x, y]| dropout::apply(x, y, 2.0, |i| i % 2 == 0, add));
     }
+    needs("layer_norm::forward", [37; 4], |[x, weight, bias, y]| {
+        layer_norm::forward(1e-5, x, weight, bias, y);
+    });
+    for add in [false, true] {
+        needs("layer_norm::backward", [37; 4], |[x, weight, dy, dx]| {
+            layer_norm::backward([0.1, 2.0], x, weight, dy, dx, add);
+        });
+    }
+    needs("layer_norm::add_gradients", [37; 4], |[x, dy, dweight, dbias]| {
+        layer_norm::add_gradients([0.1, 2.0], x, dy, dweight, dbias);
+    });
     needs("deviation::forward", [rows * width, width, width], |[x, mean, y]| {
         deviation::forward(width, 1e-5, x, mean, y);
     });

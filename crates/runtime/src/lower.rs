@@ -94,6 +94,11 @@ impl Lower<'_> {
                 let scale = f64::from(weights::values(self.weights, node, 0)[0]);
                 self.affine(node, &vec![(scale, 0.0); node.shape[0]])
             }
+            Op::LayerNorm { eps } => {
+                let input = self.stored(at(0));
+                let [weight, bias] = [0, 1].map(|which| weights::values(self.weights, node, which).to_vec());
+                self.push(StepOp::LayerNorm { eps: *eps, weight, bias }, vec![input], node)
+            }
             Op::Relu => self.rectify(node, Rectifier::Relu),
             Op::Activation(Activation::Relu6) => self.rectify(node, Rectifier::Relu6),
             Op::Activation(function) => {

@@ -3,7 +3,9 @@
 use taxel_graph::Activation;
 use taxel_kernels::frozen::bytes::ByteScale;
 use taxel_kernels::frozen::{self, ImagePlace, Pool, Route};
-use taxel_kernels::{AffineView, Buffer, Rectifier, activation, conv, deviation, layout, lstm, pointwise};
+use taxel_kernels::{
+    AffineView, Buffer, Rectifier, activation, conv, deviation, layer_norm, layout, lstm, pointwise,
+};
 
 use crate::bands::Bands;
 use crate::byte_kernel::ByteKernel;
@@ -71,6 +73,11 @@ pub(crate) enum CallKernel {
     Add(Rectifier),
     Shuffle(usize),
     Deviation(f32),
+    LayerNorm {
+        eps: f32,
+        weight: Vec<f32>,
+        bias: Vec<f32>,
+    },
     Flatten,
     Switch,
     /// Reads or writes bytes.
@@ -183,6 +190,7 @@ fn kernel(
             scratch.work = scratch.work.max(to.channels);
             CallKernel::Deviation(eps)
         }
+        StepOp::LayerNorm { eps, weight, bias } => CallKernel::LayerNorm { eps, weight, bias },
         StepOp::Flatten => CallKernel::Flatten,
         StepOp::Switch => CallKernel::Switch,
         StepOp::Concat | StepOp::Slice(_) => unreachable!("they are places, not calls"),
@@ -307,6 +315,10 @@ impl Call {
                 let x = dense(&self.from[0].1, values[0], input);
                 let (channels, start) = (to.channels, to.start);
                 deviation::forward(channels, *eps, x, &mut work[..channels], &mut y[start..start + channels]);
+            }
+            CallKernel::LayerNorm { eps, weight, bias } => {
+                let x = dense(&self.from[0].1, values[0], input);
+                layer_norm::forward(*eps, x, weight, bias, &mut y[to.start..][..to.channels]);
             }
             CallKernel::Flatten => {
                 let from = &self.from[0].1;

@@ -113,6 +113,12 @@ pub(crate) enum StepOp {
     Shuffle(usize),
     /// Standard deviation over all positions, with what is added to the variance.
     Deviation(f32),
+    /// Layer normalisation of features.
+    LayerNorm {
+        eps: f32,
+        weight: Vec<f32>,
+        bias: Vec<f32>,
+    },
     /// Channels last to features with channels first.
     Flatten,
     /// The first input, or zeros where every channel of the second is constant.
@@ -138,6 +144,8 @@ impl StepOp {
         match self {
             StepOp::Conv(conv) => matches!(conv.algorithm, Algorithm::Winograd(_)),
             StepOp::Linear { .. }
+            | StepOp::LayerNorm { .. }
+            | StepOp::Deviation(_)
             | StepOp::Activation(_)
             | StepOp::Shuffle(_)
             | StepOp::Flatten

@@ -139,6 +139,20 @@ fn bands_meet_at_their_edges() {
 }
 
 #[test]
+fn layer_norms_of_whole_values_and_of_slices() {
+    agrees("before a rectifier", |_, x| {
+        let hidden = x.flatten().linear("fc1", 37).layer_norm("ln").relu();
+        vec![("logits", hidden.linear("fc", 3))]
+    });
+    agrees("of a slice, into a concatenation", |net, x| {
+        let hidden = x.flatten().linear("fc1", 12);
+        let both = net.concat("both", &[&hidden.slice(3, 8).layer_norm("ln"), &hidden]);
+        vec![("logits", both.linear("fc", 3))]
+    });
+    agrees("a deviation of a slice", |_, x| vec![("logits", x.slice(1, 2).global_standard_deviation(1e-3))]);
+}
+
+#[test]
 fn means_count_what_they_should() {
     for (what, pool) in [
         ("with padding", Pool::new(3).stride(2).pad(1)),

@@ -79,7 +79,7 @@ fn an_unknown_name_meets_the_nearest() {
         assert_eq!(find(name).unwrap_err().to_string(), format!("no network is called `{name}`; {hint}"));
     }
     let far = find("transformer-of-mine-and-yours").unwrap_err().to_string();
-    assert!(far.contains("; known: mlp, deep-mlp, lstm, "), "{far}");
+    assert!(far.contains("; known: mlp, deep-mlp, layer-norm-mlp, lstm, "), "{far}");
 }
 
 #[test]

@@ -5,7 +5,10 @@ use taxel_kernels::{self as kernels, Window3, adaptive_pool::AdaptivePool, axes3
 
 use super::batch_layer::{Batch, BatchLayer};
 use super::layer::Layer;
-use super::{activation, adaptive_pool, channels, conv, dropout, linear, lstm, pool, scale, simple, streams};
+use super::{
+    activation, adaptive_pool, channels, conv, dropout, layer_norm, linear, lstm, pool, scale, simple,
+    streams,
+};
 
 /// Makes the layer of `node` over the whole of a batch of at most `batch`, with memory for the backward pass where it
 /// `trains`; `None` for what runs sample by sample.
@@ -40,6 +43,7 @@ pub(crate) fn build(graph: &Graph, node: &Node) -> Option<Box<dyn Layer>> {
         Op::BatchNorm { .. } | Op::Relu | Op::Activation(Activation::Relu6) => {
             Box::new(simple::Copy { channels })
         }
+        &Op::LayerNorm { eps } => Box::new(layer_norm::LayerNorm { features: channels, eps }),
         &Op::Activation(function) => Box::new(activation::Activation { function, channels, len }),
         &Op::Dropout { probability } => {
             Box::new(dropout::Dropout { probability, channels, positions: len / channels })

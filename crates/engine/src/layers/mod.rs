@@ -11,6 +11,7 @@ mod channels;
 mod conv;
 mod dropout;
 mod layer;
+mod layer_norm;
 mod linear;
 mod lstm;
 mod pool;

@@ -17,7 +17,7 @@ pub fn mixed() -> Graph {
     let signal = net.input("signal", &[2, 6]);
     let wide = signal.conv("wide.conv", Conv::new(3, 2).dilation(3)).global_standard_deviation(1e-3);
     let signal = signal.lstm("lstm", 5).dropout(0.5).concat(&wide);
-    let x = x.flatten().linear("fc1", 6).activation(Activation::Tanh).concat(&signal);
+    let x = x.flatten().linear("fc1", 6).layer_norm("ln").activation(Activation::Tanh).concat(&signal);
     net.finish(&[("logits", x.linear("fc2", 3))]).unwrap()
 }
 

@@ -96,6 +96,7 @@ impl Graph {
             let next = self.only_reader(end)?;
             match self.nodes[next].op {
                 Op::BatchNorm { .. }
+                | Op::LayerNorm { .. }
                 | Op::Relu
                 | Op::Activation(_)
                 | Op::Dropout { .. }

@@ -30,6 +30,11 @@ impl Emit<'_> {
             Op::Input => {}
             Op::Conv { window, dilation, groups, bias, .. } => self.conv(window, dilation, *groups, *bias)?,
             Op::BatchNorm { eps, momentum } => self.batch_norm(*eps, *momentum)?,
+            Op::LayerNorm { eps } => {
+                let tensors = self.stored(2)?;
+                let tensors: Vec<&str> = tensors.iter().map(String::as_str).collect();
+                self.last("LayerNormalization", &tensors, vec![int("axis", 1), float("epsilon", *eps)]);
+            }
             Op::Relu => self.last("Relu", &[], vec![]),
             Op::Activation(activation) => self.activation(*activation),
             Op::Dropout { probability } => {

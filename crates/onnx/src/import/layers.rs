@@ -75,6 +75,28 @@ pub fn batch_norm<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<Importe
     Ok(ImportedValue::Flow(AxisView { node, ..view }))
 }
 
+/// Reads `LayerNormalization` of features.
+pub fn layer_norm<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
+    let view = work.ordered(call, 0, 0)?;
+    let shape = work.shape(view.node).to_vec();
+    let last = i64::try_from(shape.len()).unwrap_or_default();
+    let is_last = [-1, last].contains(&call.int("axis", -1));
+    if shape.len() != 1 || !is_last {
+        return Err(call.refuse(format!(
+            "normalises {} over axis {}; taxel's layer norms read features and normalise all of them",
+            taxel_graph::describe(&shape),
+            call.int("axis", -1)
+        )));
+    }
+    let (weight, name) = (work.floats(call, 1)?, work.name(call, 1, &WEIGHT, "layer_norm"));
+    let zeros = Tensor { shape: shape.clone(), data: vec![0.0; shape[0]] };
+    let bias = if call.input(2).is_some() { work.floats(call, 2)? } else { zeros };
+    let op = Op::LayerNorm { eps: call.float("epsilon", 1e-5) };
+    let tensors = vec![("weight", weight), ("bias", bias)];
+    let node = work.draft.add(name, op, &[view.node], tensors).map_err(|e| call.refuse(e))?;
+    Ok(ImportedValue::Flow(AxisView { node, ..view }))
+}
+
 /// Reads `Gemm` and `MatMul` of features with a stored matrix.
 pub fn linear<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
     if work.is_stored(call, 0) || !work.is_stored(call, 1) {

@@ -50,6 +50,7 @@ fn value<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, C
         "Cast" => cast(work, call),
         "Conv" => layers::conv(work, call),
         "BatchNormalization" => layers::batch_norm(work, call),
+        "LayerNormalization" => layers::layer_norm(work, call),
         "Gemm" | "MatMul" => layers::linear(work, call),
         "Dropout" => layers::dropout(work, call),
         "Relu" | "Sigmoid" | "Tanh" | "HardSwish" | "LeakyRelu" | "HardSigmoid" | "Clip" => {
