@@ -1,6 +1,6 @@
 //! The peak of the instruction.
 
-use super::assert_supported;
+use super::support::assert_supported;
 
 /// Runs `rounds` of 24 instructions of 16 × 2 products whose sums stay in registers, and returns a sum of them: the most
 /// that this processor does, for measurements. Panics where [`supported`](super::supported) is an error.

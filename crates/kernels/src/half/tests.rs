@@ -2,7 +2,7 @@
 //! `/proc/cpuinfo` names it.
 
 use super::pack::pair;
-use super::*;
+use super::{HalfMatrix, multiply};
 use crate::matmul::Matrix;
 
 /// Returns the nearest bf16, by comparing both neighbours.
