@@ -17,11 +17,11 @@ pub struct EngineOptions {
     pub frozen_statistics: FrozenStatistics,
     /// Which parameters the weight decay of optimisers touches.
     pub decay: Decay,
-    /// What products are made of.
+    /// Numbers that products are made of.
     pub precision: Precision,
 }
 
-/// What the products of convolutions, linear and recurrent layers are made of. All else is f32: weights, their steps,
+/// Numbers that products of convolutions, linear and recurrent layers are made of. All else is f32: weights, their steps,
 /// sums, statistics.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]

@@ -192,7 +192,7 @@ pub struct Recipe {
     /// Treatment of the batch-norm statistics of frozen nodes: `kept` (default) or `renewed`.
     #[serde(skip_serializing_if = "crate::json_file::is_default")]
     pub frozen_statistics: FrozenStatistics,
-    /// What the products of training are made of: `f32` (default), or `bf16` where the processor has AVX512-BF16.
+    /// Numbers that products of training are made of: `f32` (default), or `bf16` where the processor has AVX512-BF16.
     /// Predictions are made in f32 either way.
     #[serde(skip_serializing_if = "crate::json_file::is_default")]
     pub precision: Precision,
