@@ -9,8 +9,9 @@ are made:
 *Programs.* The same network (PyTorch's from `scripts/twin/networks.py`; input shapes and numbers of
 parameters are compared with taxel's before anything is timed), the same batch, one training step: forward,
 cross-entropy, backward, SGD with momentum 0.9. PyTorch runs in its default memory format, in channels_last
-where an input has rows and columns, and under bfloat16 autocast. taxel is compared with the faster of the two f32
-columns; bf16 is less exact and is shown for information.
+where an input has rows and columns, and under bfloat16 autocast. taxel runs in f32 and, where the processor multiplies
+bf16, in bf16. f32 is compared with the faster of PyTorch's two f32 columns, bf16 with our f32 and with PyTorch's bf16.
+Without torch (`--no-torch`) only taxel's two columns are there.
 
 *Method.* Every column is a process of its own that stays alive. They work one at a time, in turns: a round is
 a short run of each (`--seconds`), the next round goes through them backwards, so that a machine that
@@ -92,10 +93,10 @@ SEARCH = 4  # times as many rounds to find quiet ones
 class Worker:
     """A process that speaks the protocol of `steps`: one order, one JSON line."""
 
-    def __init__(self, name, command, patience):
+    def __init__(self, name, command, patience, hide_card=True):
         self.name, self.patience, self.steps = name, patience, 1
         # A CUDA build of PyTorch shall not look for devices; threads are counted by the program itself.
-        environment = {**os.environ, "CUDA_VISIBLE_DEVICES": ""}
+        environment = {**os.environ, "CUDA_VISIBLE_DEVICES": ""} if hide_card else dict(os.environ)
         self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, bufsize=1, env=environment)
         self.about = self.answer("start")
 
@@ -165,7 +166,10 @@ def commands(name, row, threads, steps, args):
     common = [name, "--batch", str(row.batch), "--threads", str(threads)]
     common += [word for key, value in row.settings.items() for word in ("--set", f"{key}={json.dumps(value)}")]
     torch = [sys.executable, str(TWIN), *common, *(["--fused"] if args.fused else [])]
-    return {"taxel": [steps, *common], **{f: [*torch, "--format", f] for f in FORMATS}}
+    ours = {"taxel": [steps, *common]}
+    if args.half:
+        ours["taxel bf16"] = [steps, *common, "--precision", "bf16"]
+    return ours if args.no_torch else {**ours, **{f: [*torch, "--format", f] for f in FORMATS}}
 
 
 def check_same(name, workers):
@@ -206,7 +210,7 @@ def measure(name, row, threads, steps, args):
     disturbed = any(len(quiet(times, threads)) < max(3, args.rounds / 3) for times in rounds.values())
     counted = {column: times if disturbed else quiet(times, threads) for column, times in rounds.items()}
     ms = {column: statistics.median(1000 * r[clock] / r["steps"] for r in times) for column, times in counted.items()}
-    opponent = min((c for c in ("default", "channels_last") if c in ms), key=ms.get)
+    opponent = min((c for c in ("default", "channels_last") if c in ms), key=ms.get, default=None)
     return dict(
         network=name,
         batch=row.batch,
@@ -215,13 +219,15 @@ def measure(name, row, threads, steps, args):
         clock=clock,
         ms=ms,
         opponent=opponent,
-        ratio=ms[opponent] / ms["taxel"],
+        ratio=ms[opponent] / ms["taxel"] if opponent else None,
+        half_ratio=ms["taxel"] / ms["taxel bf16"] if args.half else None,
+        half_torch=ms["bf16"] / ms["taxel bf16"] if args.half and opponent else None,
         target=row.target,
         group=row.group,
         memory_kib=memory,
         disturbed=disturbed,
         others=statistics.fmean(r["others"] for times in counted.values() for r in times),
-        versions={"taxel": abouts["taxel"]["version"], "torch": abouts["default"]["version"]},
+        versions={"taxel": abouts["taxel"]["version"], "torch": abouts[opponent]["version"] if opponent else "none"},
         rounds=rounds,
     )
 
@@ -236,11 +242,11 @@ def geometric_mean(values):
 
 
 def verdict(ratio, target, disturbed):
-    return "–" if target is None or disturbed else "met" if ratio >= target else "**missed**"
+    return "–" if None in (ratio, target) or disturbed else "met" if ratio >= target else "**missed**"
 
 
 def times_as_fast(ratio, disturbed):
-    return "disturbed" if disturbed else f"{ratio:.2f}×"
+    return "–" if ratio is None else "disturbed" if disturbed else f"{ratio:.2f}×"
 
 
 def summaries(results):
@@ -250,11 +256,13 @@ def summaries(results):
         chosen = [r for r in results if group is None or r["group"] == group]
         if not chosen:
             continue
-        ratios = [r["ratio"] for r in chosen]
+        ratios = [r["ratio"] for r in chosen if r["ratio"]]
+        means = {key: geometric_mean([r[key] for r in chosen]) for key in ("half_ratio", "half_torch") if all(r[key] for r in chosen)}
         of = sum(group in (None, row.group) for rows in NETWORKS.values() for row in rows)
         what = f"geometric mean, {group or 'all'}" + ("" if len(chosen) == of else f" ({len(chosen)} of {of})")
         disturbed = any(r["disturbed"] for r in chosen)
-        lines.append(dict(what=what, ratio=geometric_mean(ratios), least=min(ratios), target=target, disturbed=disturbed))
+        mean, least = (geometric_mean(ratios), min(ratios)) if ratios else (None, None)
+        lines.append(dict(what=what, ratio=mean, least=least, target=target, disturbed=disturbed, **means))
     return lines
 
 
@@ -267,21 +275,26 @@ def mebibytes(memory, column):
 
 
 def table(results):
-    head = ["network", "batch", "taxel ms", "PyTorch default ms", "channels_last ms", "*bf16 ms*", "ratio", "target", ""]
-    head += ["taxel MiB", "PyTorch MiB", "of it runtime MiB"]
-    lines = [head, ["---"] + ["---:"] * 7 + ["---"] + ["---:"] * 3]
+    head = ["network", "batch", "taxel ms", "PyTorch default ms", "channels_last ms", "ratio", "target", ""]
+    head += ["taxel bf16 ms", "PyTorch bf16 ms", "bf16 over f32", "bf16 over PyTorch's", "taxel MiB", "PyTorch MiB", "of it runtime MiB"]
+    lines = [head, ["---"] + ["---:"] * 6 + ["---"] + ["---:"] * 7]
     for r in results:
         ms, memory = r["ms"], r["memory_kib"]
         row = [f"`{r['network']}`", str(r["batch"])] + [milliseconds(ms.get(c)) for c in ("taxel", "default", "channels_last")]
-        row += [f"*{milliseconds(ms.get('bf16'))}*", times_as_fast(r["ratio"], r["disturbed"])]
+        row.append(times_as_fast(r["ratio"], r["disturbed"]))
         row.append(f"{r['target']:.1f}×" if r["target"] else "–")
         row.append(verdict(r["ratio"], r["target"], r["disturbed"]))
-        row += [mebibytes(memory, "taxel"), mebibytes(memory, r["opponent"]), f"{memory[r['opponent']]['runtime_kib'] / 1024:.0f}"]
+        row += [milliseconds(ms.get("taxel bf16")), milliseconds(ms.get("bf16"))]
+        row += [times_as_fast(r[key], r["disturbed"]) for key in ("half_ratio", "half_torch")]
+        row.append(mebibytes(memory, "taxel"))
+        opponent = r["opponent"]
+        row += [mebibytes(memory, opponent), f"{memory[opponent]['runtime_kib'] / 1024:.0f}"] if opponent else ["–", "–"]
         lines.append(row)
     for s in summaries(results):
         target = f"{s['target']:.1f}×" if s["target"] else "–"
         ratio, met = times_as_fast(s["ratio"], s["disturbed"]), verdict(s["ratio"], s["target"], s["disturbed"])
-        lines.append([s["what"], "", "", "", "", "", ratio, target, met, "", "", ""])
+        halves = [times_as_fast(s.get(key), s["disturbed"]) for key in ("half_ratio", "half_torch")]
+        lines.append([s["what"], "", "", "", "", ratio, target, met, "", "", *halves, "", "", ""])
     return "\n".join("| " + " | ".join(line) + " |" for line in lines)
 
 
@@ -337,7 +350,7 @@ def page(facts, results):
         clock = "CPU time" if threads == 1 else "wall time"
         lines += ["", f"## {threads} thread{'s' if threads > 1 else ''}, {clock}", "", table(chosen), ""]
         lines.append(
-            "Milliseconds per step of the whole batch; ratio: the faster f32 column of PyTorch over taxel. Memory is the peak of the "
+            "Milliseconds per step of the whole batch; ratio: the faster f32 column of PyTorch over taxel; bf16 over f32: our f32 over our bf16. Memory is the peak of the "
             f"process. In the runs that count, other programs kept {others:.0f} % of the processors busy."
         )
     return "\n".join(lines) + "\n"
@@ -358,6 +371,7 @@ def arguments():
     parser.add_argument("--seconds", type=float, help="length of one column's run in a round; default 0.4, with --quick 0.15")
     parser.add_argument("--quick", action="store_true", help="try the script out; the numbers mean little")
     parser.add_argument("--fused", action="store_true", help="PyTorch's fused SGD; its default on a CPU is not fused")
+    parser.add_argument("--no-torch", action="store_true", help="only taxel's columns: f32 and bf16")
     parser.add_argument("--steps", help="a `steps` built from this commit; default: cargo builds it")
     parser.add_argument("--patience", type=float, default=300, help="seconds to wait for one answer; default 300")
     parser.add_argument("--out", type=pathlib.Path, default=ROOT / "docs" / "benchmarks")
@@ -365,6 +379,7 @@ def arguments():
     args.rounds = args.rounds or (3 if args.quick else 15)
     args.seconds = args.seconds or (0.15 if args.quick else 0.4)
     args.networks = args.networks.split(",") if args.networks else list(NETWORKS)
+    args.half = "avx512_bf16" in pathlib.Path("/proc/cpuinfo").read_text()
     unknown = [name for name in args.networks if name not in NETWORKS]
     if unknown:
         parser.error(f"--networks {','.join(unknown)}: not in the table; known: {', '.join(NETWORKS)}")
@@ -381,7 +396,7 @@ def main():
             results.append(result)
             columns = ", ".join(f"{column} {milliseconds(ms)}" for column, ms in result["ms"].items())
             note = ", disturbed" if result["disturbed"] else ""
-            print(f"{name}, batch {row.batch}, {threads} threads: {columns} ms; {result['ratio']:.2f}x{note}", file=sys.stderr, flush=True)
+            print(f"{name}, batch {row.batch}, {threads} threads: {columns} ms; {times_as_fast(result['ratio'], False)}{note}", file=sys.stderr, flush=True)
     text = page(facts, results)
     print(text)
     means = {str(t): summaries([r for r in results if r["threads"] == t]) for t in args.threads}

@@ -11,7 +11,8 @@ Needs torch. Builds the twin, prepares one fixed batch, warms up, prints a line 
     bf16            channels_last under torch.autocast in bfloat16
 
 A step is what a PyTorch user writes: zero_grad, cross-entropy, backward, torch.optim.SGD with momentum
-0.9; `--fused` takes the fused implementation of SGD. CPU time is that of the whole process, all threads.
+0.9; `--fused` takes the fused implementation of SGD. With `--device cuda` network and batch lie on the graphics card, and
+a time ends when the card has finished. CPU time is that of the whole process, all threads.
 """
 
 import argparse
@@ -49,12 +50,14 @@ class Bench:
                 if any(x.ndim == axes for x in self.inputs):
                     self.net = self.net.to(memory_format=layout)
             self.inputs = [x.contiguous(memory_format=CHANNELS_LAST.get(x.ndim, torch.contiguous_format)) for x in self.inputs]
-        self.autocast = torch.autocast("cpu", dtype=torch.bfloat16, enabled=args.format == "bf16")
+        self.device = args.device
+        self.net, self.inputs = self.net.to(args.device), [x.to(args.device) for x in self.inputs]
+        self.autocast = torch.autocast(args.device, dtype=torch.bfloat16, enabled=args.format == "bf16")
         self.eval = args.eval
         with torch.no_grad():
             classes = self.net.eval()(*self.inputs).shape[1]
         self.net.train(not args.eval)
-        self.labels = torch.arange(args.batch) % classes
+        self.labels = (torch.arange(args.batch) % classes).to(args.device)
         # `fused=None` leaves the choice to PyTorch, as a user would.
         self.sgd = torch.optim.SGD(self.net.parameters(), lr=1e-3, momentum=0.9, fused=args.fused or None)
         self.about = dict(
@@ -82,9 +85,15 @@ class Bench:
             self.sgd.step()
         return loss.item()
 
+    def wait(self):
+        if self.device == "cuda":
+            torch.cuda.synchronize()
+
     def timed(self, steps):
+        self.wait()
         cpu, wall = time.process_time(), time.perf_counter()
         loss = self.run(steps)
+        self.wait()
         wall_s, cpu_s = time.perf_counter() - wall, time.process_time() - cpu
         return dict(cpu_s=cpu_s, wall_s=wall_s, steps=steps, loss=loss)
 
@@ -95,6 +104,7 @@ def main():
     parser.add_argument("--batch", type=int, default=64)
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--format", choices=["default", "channels_last", "bf16"], default="default")
+    parser.add_argument("--device", choices=["cpu", "cuda"], default="cpu")
     parser.add_argument("--eval", action="store_true", help="answers in inference mode in place of training steps")
     parser.add_argument("--fused", action="store_true")
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="a setting of the network; VALUE is JSON")

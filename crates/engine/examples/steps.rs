@@ -28,11 +28,12 @@ use std::time::Instant;
 use std::{env, fs, io, process, thread};
 
 use serde_json::{Value, json};
-use taxel_engine::{Engine, EngineOptions, Mode, Sgdm};
+use taxel_engine::{Engine, EngineOptions, Mode, Precision, Sgdm};
 use taxel_graph::{Scheme, Weights};
 use taxel_zoo::Settings;
 
-const USAGE: &str = "steps NETWORK [--batch B] [--threads T] [--eval] [--set key=value]...";
+const USAGE: &str =
+    "steps NETWORK [--batch B] [--threads T] [--eval] [--precision f32|bf16] [--set key=value]...";
 const WARM_UP: usize = 3;
 const SGDM: Sgdm = Sgdm { lr: 1e-3, momentum: 0.9, weight_decay: 0.0 };
 
@@ -43,6 +44,7 @@ struct Arguments {
     batch: usize,
     threads: usize,
     eval: bool,
+    precision: Precision,
     settings: Settings,
 }
 
@@ -50,11 +52,16 @@ impl Arguments {
     fn parse(mut words: impl Iterator<Item = String>) -> Result<Self> {
         let mut network = None;
         let (mut batch, mut threads, mut eval, mut settings) = (64, 1, false, Settings::new());
+        let mut precision = Precision::F32;
         while let Some(word) = words.next() {
             match word.as_str() {
                 "--batch" => batch = positive(&word, words.next())?,
                 "--threads" => threads = positive(&word, words.next())?,
                 "--eval" => eval = true,
+                "--precision" => {
+                    let value = words.next().ok_or("--precision needs f32 or bf16")?;
+                    precision = serde_json::from_value(Value::from(value))?;
+                }
                 "--set" => {
                     let pair = words.next().ok_or("--set needs key=value")?;
                     let (key, value) = pair
@@ -71,7 +78,7 @@ impl Arguments {
             }
         }
         let network = network.ok_or_else(|| format!("which network? {USAGE}"))?;
-        Ok(Arguments { network, batch, threads, eval, settings })
+        Ok(Arguments { network, batch, threads, eval, precision, settings })
     }
 }
 
@@ -96,11 +103,11 @@ struct Bench {
 
 impl Bench {
     fn new(arguments: &Arguments) -> Result<Self> {
-        let &Arguments { batch, threads, eval, .. } = arguments;
+        let &Arguments { batch, threads, eval, precision, .. } = arguments;
         let graph = taxel_zoo::find(&arguments.network)?.graph(&arguments.settings)?;
         let weights = Weights::init(&graph, Scheme::Pytorch, 0, "steps");
-        let engine =
-            Engine::new(&graph, &weights, EngineOptions { batch, threads, ..EngineOptions::default() })?;
+        let options = EngineOptions { batch, threads, precision, ..EngineOptions::default() };
+        let engine = Engine::new(&graph, &weights, options)?;
         let shapes: Vec<&[usize]> = graph.inputs().map(|node| node.shape.as_slice()).collect();
         let inputs =
             shapes.iter().zip(1..).map(|(shape, salt)| noise(batch * shape.iter().product::<usize>(), salt));
@@ -116,6 +123,7 @@ impl Bench {
                 "version": env!("CARGO_PKG_VERSION"),
                 "batch": batch,
                 "threads": threads,
+                "precision": precision,
                 "inputs": shapes,
                 "classes": classes,
                 "parameters": graph.parameter_count(),

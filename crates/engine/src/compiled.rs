@@ -9,7 +9,7 @@ use crate::head::Head;
 use crate::layers::{self, Layer};
 use crate::lifetimes::GradientPlaces;
 use crate::norm::NormLayout;
-use crate::options::{Decay, EngineOptions};
+use crate::options::{Decay, EngineOptions, Precision};
 use crate::plan::{ExecutionPlan, NormPlan};
 use crate::threads::Threads;
 
@@ -73,6 +73,8 @@ pub(crate) struct Compiled {
     pub graph: Graph,
     /// Largest number of samples.
     pub batch: usize,
+    /// Whether products are of bf16.
+    pub half: bool,
     pub threads: Threads,
     pub plan: ExecutionPlan,
     pub nodes: Vec<NodeLayout>,
@@ -93,7 +95,8 @@ impl Compiled {
     /// Lays `graph` out.
     ///
     /// # Errors
-    /// An empty batch, frozen names that no node with tensors has, or threads that cannot be started.
+    /// An empty batch, frozen names that no node with tensors has, a precision that the processor does not have, or
+    /// threads that cannot be started.
     pub fn new(graph: &Graph, options: &EngineOptions) -> Result<Self> {
         let batch = options.batch;
         if batch == 0 {
@@ -104,12 +107,15 @@ impl Compiled {
         let plan = ExecutionPlan::new(graph, &frozen, options.frozen_statistics);
         let is_small = graph.cost().macs * batch as u64 <= SMALL;
         let threads = Threads::new(options.threads, is_small)?;
-        let (nodes, sizes) = lay_out(graph, &frozen);
+        crate::supports(options.precision)?;
+        let half = options.precision == Precision::Bf16;
+        let (nodes, sizes) = lay_out(graph, &frozen, half);
         let most_parts = (PARTIALS / usize::max(sizes.partials, 1)).clamp(2, PARTS).min(batch);
         let capacity = batch.div_ceil(most_parts);
         let mut compiled = Compiled {
             graph: graph.clone(),
             batch,
+            half,
             threads,
             norms: plan.norms.iter().map(|norm| norm_layout(norm, &nodes[norm.node])).collect(),
             places: GradientPlaces::new(&plan, capacity),
@@ -191,12 +197,12 @@ fn take(end: &mut usize, len: usize) -> Range<usize> {
 }
 
 /// Builds the layers of all nodes, and lays out places for what they need.
-fn lay_out(graph: &Graph, frozen: &[bool]) -> (Vec<NodeLayout>, ValueCounts) {
+fn lay_out(graph: &Graph, frozen: &[bool], half: bool) -> (Vec<NodeLayout>, ValueCounts) {
     let count = |node: &Node, kind| node.params.iter().filter(|p| p.kind == kind).map(|p| p.len()).sum();
     let (mut sizes, mut inputs) = (ValueCounts::default(), 0);
     let mut nodes: Vec<NodeLayout> = vec![];
     for node in graph.nodes() {
-        let job = match (&node.op, layers::build(graph, node)) {
+        let job = match (&node.op, layers::build(graph, node, half)) {
             (Op::Input, _) => Runner::Input(take(&mut inputs, 1).start),
             (_, Some(layer)) => Runner::Sample(layer),
             (_, None) => Runner::Batch,

@@ -38,8 +38,8 @@ impl Engine {
     /// Compiles `graph` with `weights`.
     ///
     /// # Errors
-    /// Weights that do not fit the graph, an empty batch, frozen names that no node with tensors has, or
-    /// threads that cannot be started.
+    /// Weights that do not fit the graph, an empty batch, frozen names that no node with tensors has, a precision that
+    /// the processor does not have, or threads that cannot be started.
     pub fn new(graph: &Graph, weights: &Weights, options: EngineOptions) -> Result<Self> {
         let compiled = Arc::new(Compiled::new(graph, &options)?);
         let state = EngineState::new(&compiled, weights)?;

@@ -22,6 +22,12 @@ pub enum Error {
         /// Network name.
         model: String,
     },
+    /// The processor has no products of bf16.
+    #[error("training in bf16 is not possible here: {reason}; take f32")]
+    Precision {
+        /// The reason.
+        reason: &'static str,
+    },
     /// The thread pool could not be started.
     #[error("cannot start {threads} threads: {reason}; try fewer threads")]
     Threads {

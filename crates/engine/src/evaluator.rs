@@ -26,8 +26,8 @@ impl Evaluator {
     /// Compiles `graph` with `weights`; [`EngineOptions::frozen`] does not matter to predictions.
     ///
     /// # Errors
-    /// Weights that do not fit the graph, an empty batch, frozen names that no node with tensors has, or
-    /// threads that cannot be started.
+    /// Weights that do not fit the graph, an empty batch, frozen names that no node with tensors has, a precision that
+    /// the processor does not have, or threads that cannot be started.
     pub fn new(graph: &Graph, weights: &Weights, options: EngineOptions) -> Result<Self> {
         let compiled = Compiled::new(graph, &options)?;
         let mut state = EngineState::new(&compiled, weights)?;

@@ -71,9 +71,21 @@ pub use engine::{Engine, Mode};
 pub use error::{Error, Result};
 pub use evaluator::Evaluator;
 pub use optimizer::{OptimizerState, Sgdm};
-pub use options::{Decay, EngineOptions, FrozenStatistics};
+pub use options::{Decay, EngineOptions, FrozenStatistics, Precision};
 pub use taxel_kernels::optim::Adam;
 pub use workspace::Workspace;
+
+/// Checks whether this processor computes in `precision`.
+///
+/// # Errors
+/// The reason why not.
+pub fn supports(precision: Precision) -> Result<()> {
+    let refuse = |reason| Err(Error::Precision { reason });
+    match precision {
+        Precision::F32 => Ok(()),
+        Precision::Bf16 => taxel_kernels::half::supported().or_else(refuse),
+    }
+}
 
 /// Returns the width of the vectors that kernels compute with on this processor: `AVX-512`, `AVX2` or `portable`.
 pub fn vectors() -> &'static str {

@@ -17,6 +17,22 @@ pub struct EngineOptions {
     pub frozen_statistics: FrozenStatistics,
     /// Which parameters the weight decay of optimisers touches.
     pub decay: Decay,
+    /// Numbers that products are made of.
+    pub precision: Precision,
+}
+
+/// Numbers that products of convolutions, linear and recurrent layers are made of. All else is f32: weights, their steps,
+/// sums, statistics.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(rename_all = "kebab-case")]
+pub enum Precision {
+    /// Floats.
+    #[default]
+    F32,
+    /// Factors rounded to bf16, summed in f32, by the processor's own instruction; an error where it has none.
+    /// Depthwise convolutions and groups of an odd number of channels stay in f32.
+    Bf16,
 }
 
 /// Which parameters the weight decay of optimisers touches.
@@ -46,7 +62,7 @@ pub enum FrozenStatistics {
 }
 
 impl Default for EngineOptions {
-    /// Makes options for one sample, one thread, nothing frozen, decay of everything.
+    /// Makes options for one sample, one thread, nothing frozen, decay of everything, f32.
     fn default() -> Self {
         EngineOptions {
             batch: 1,
@@ -54,6 +70,7 @@ impl Default for EngineOptions {
             frozen: vec![],
             frozen_statistics: FrozenStatistics::Kept,
             decay: Decay::All,
+            precision: Precision::F32,
         }
     }
 }

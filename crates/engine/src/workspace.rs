@@ -37,13 +37,17 @@ impl Workspace {
     /// Makes memory for predictions, or with all that the backward pass and batch statistics need for passes that are
     /// trained on.
     pub(crate) fn new(compiled: &Arc<Compiled>, trains: bool) -> Self {
-        let Compiled { graph, batch, capacity, .. } = compiled.as_ref();
+        let Compiled { graph, batch, capacity, half, .. } = compiled.as_ref();
         Workspace {
             compiled: Arc::clone(compiled),
             parts: (0..compiled.parts()).map(|_| BatchPart::new(compiled, trains)).collect(),
             norms: compiled.norms.iter().map(|norm| Norm::new(norm.channels)).collect(),
             masks: vec![None; graph.nodes().len()],
-            batches: graph.nodes().iter().map(|node| build_batch(graph, node, *batch, trains)).collect(),
+            batches: graph
+                .nodes()
+                .iter()
+                .map(|node| build_batch(graph, node, *batch, trains, *half))
+                .collect(),
             outputs: (compiled.heads.iter())
                 .map(|head| OutputValues {
                     values: vec![0.0; batch * head.len()],

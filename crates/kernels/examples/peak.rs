@@ -8,12 +8,14 @@
 //! stay in cache. A convolution (3×3, padding 1) passes over a batch of images, as the engine calls it; a
 //! fused multiply–add counts as two operations, zero padding included. `share_of_peak` are convolutions that
 //! do every product; `share_of_peak_as_run` those that training runs, which leave products out where that
-//! is faster, and so may exceed 1. Best bursts, not medians: other programs only ever slow a burst down.
+//! is faster, and so may exceed 1. Where the processor has AVX512-BF16, the same is told of products of bf16 with sums in
+//! f32: their peak is that of the instruction alone, whose sums stay in registers. Best bursts, not medians: other programs only ever slow a burst down.
 
 use std::hint::black_box;
 use std::time::Instant;
 
 use taxel_kernels::conv::Conv;
+use taxel_kernels::half;
 use taxel_kernels::matmul::{Matrix, matmul};
 use taxel_kernels::{AffineView, Window3};
 
@@ -54,10 +56,12 @@ fn values(len: usize) -> Vec<f32> {
     (0..len).map(|i| ((i * 37 % 101) as f32 - 50.0) / 50.0).collect()
 }
 
-fn product(n: usize) -> f64 {
+type Product = fn(&mut [f32], usize, Matrix, Matrix, bool);
+
+fn product(product: Product, n: usize) -> f64 {
     let (a, b, mut out) = (values(n * n), values(n * n), values(n * n));
     best(n * n * n, || {
-        matmul(&mut out, n, Matrix::new(&a, n, n), Matrix::new(black_box(&b), n, n), false);
+        product(&mut out, n, Matrix::new(&a, n, n), Matrix::new(black_box(&b), n, n), false);
         black_box(&mut out);
     })
 }
@@ -105,22 +109,44 @@ fn convolution(new: New, (channels, filters, size): (usize, usize, usize)) -> [f
     [forward, input_gradient, weight_gradient]
 }
 
-fn main() {
-    let products = PRODUCTS.map(product);
-    let peak = products.into_iter().fold(0.0, f64::max);
+/// Share of the peak that convolutions of one kind reach, as lines of JSON.
+fn shares(new: New, peak: f64) -> String {
+    let rows = CONVOLUTIONS.map(|sizes| {
+        let (channels, filters, size) = sizes;
+        let [forward, dx, dw] = convolution(new, sizes).map(|gflops| gflops / peak);
+        format!(
+            r#"    {{"conv": "3x3 {channels}->{filters} @{size}x{size}", "forward": {forward:.3}, "input_gradient": {dx:.3}, "weight_gradient": {dw:.3}}}"#
+        )
+    });
+    rows.join(",\n")
+}
+
+/// Prints the best product of `kind`, all products, and returns the best.
+fn print_products(kind: &str, multiply: Product) -> f64 {
+    let products = PRODUCTS.map(|n| product(multiply, n));
+    let best = products.into_iter().fold(0.0, f64::max);
     let products: Vec<String> =
         PRODUCTS.iter().zip(products).map(|(n, gflops)| format!(r#""{n}": {gflops:.1}"#)).collect();
-    println!("{{\n  \"peak_gflops\": {peak:.1},\n  \"matmul_gflops\": {{{}}},", products.join(", "));
-    let shares = |new: New| {
-        let rows = CONVOLUTIONS.map(|sizes| {
-            let (channels, filters, size) = sizes;
-            let [forward, dx, dw] = convolution(new, sizes).map(|gflops| gflops / peak);
-            format!(
-                r#"    {{"conv": "3x3 {channels}->{filters} @{size}x{size}", "forward": {forward:.3}, "input_gradient": {dx:.3}, "weight_gradient": {dw:.3}}}"#
-            )
-        });
-        rows.join(",\n")
-    };
-    println!("  \"share_of_peak\": [\n{}\n  ],", shares(Conv::direct));
-    println!("  \"share_of_peak_as_run\": [\n{}\n  ]\n}}", shares(Conv::new));
+    println!("  \"{kind}_gflops\": {{{}}},", products.join(", "));
+    best
+}
+
+fn main() {
+    println!("{{");
+    let peak = print_products("matmul", matmul);
+    println!("  \"peak_gflops\": {peak:.1},");
+    println!("  \"share_of_peak\": [\n{}\n  ],", shares(Conv::direct, peak));
+    println!("  \"share_of_peak_as_run\": [\n{}\n  ],", shares(Conv::new, peak));
+    if let Err(reason) = half::supported() {
+        println!("  \"half\": \"{reason}\"\n}}");
+        return;
+    }
+    print_products("half_matmul", half::multiply);
+    // Two products of bf16 are two multiply-adds of each of 16 lanes.
+    let peak = best(20_000 * 24 * 32, || {
+        black_box(half::burst(black_box(20_000)));
+    });
+    println!("  \"half_peak_gflops\": {peak:.1},");
+    let new: New = |window, channels, filters, groups| Conv::half(window, [1; 3], channels, filters, groups);
+    println!("  \"half_share_of_peak\": [\n{}\n  ]\n}}", shares(new, peak));
 }

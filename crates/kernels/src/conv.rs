@@ -11,6 +11,7 @@ mod band;
 mod begin;
 mod depthwise;
 mod direct;
+mod half;
 mod halo;
 mod kind;
 mod pass;
@@ -56,22 +57,36 @@ impl Conv {
         groups: usize,
     ) -> Self {
         let sizes = ConvSizes::new(window, dilation, channels, filters, groups);
-        Self::with(sizes, Winograd::pays(&sizes))
+        Self::with(sizes, Winograd::pays(&sizes), false)
+    }
+
+    /// Makes a convolution as [`Conv::dilated`] does, with products of bf16 and sums of floats. Depthwise ones, and
+    /// groups of an odd number of channels, stay as they are. Panics where [`crate::half::supported`] is an error.
+    pub fn half(
+        window: Window3,
+        dilation: [usize; 3],
+        channels: usize,
+        filters: usize,
+        groups: usize,
+    ) -> Self {
+        crate::half::assert_supported();
+        let sizes = ConvSizes::new(window, dilation, channels, filters, groups);
+        Self::with(sizes, Winograd::pays(&sizes), true)
     }
 
     /// Makes a convolution by the definition's products, whatever the sizes.
     pub fn direct(window: Window3, channels: usize, filters: usize, groups: usize) -> Self {
-        Self::with(ConvSizes::new(window, [1; 3], channels, filters, groups), false)
+        Self::with(ConvSizes::new(window, [1; 3], channels, filters, groups), false, false)
     }
 
     /// Makes a convolution with fewer products wherever the window allows, even where that does not pay.
     pub fn winograd(window: Window3, channels: usize, filters: usize, groups: usize) -> Self {
-        Self::with(ConvSizes::new(window, [1; 3], channels, filters, groups), true)
+        Self::with(ConvSizes::new(window, [1; 3], channels, filters, groups), true, false)
     }
 
-    fn with(sizes: ConvSizes, fewer: bool) -> Self {
-        let turned = sizes.turned().map(|turned| ConvPass::new(turned, fewer));
-        Conv { forward: ConvPass::new(sizes, fewer), turned }
+    fn with(sizes: ConvSizes, fewer: bool, half: bool) -> Self {
+        let turned = sizes.turned().map(|turned| ConvPass::new(turned, fewer, half));
+        Conv { forward: ConvPass::new(sizes, fewer, half), turned }
     }
 
     /// Returns the algorithm that was chosen.

@@ -29,6 +29,7 @@ pub mod deviation;
 pub mod dropout;
 mod fold;
 pub mod frozen;
+pub mod half;
 pub mod layer_norm;
 pub mod layout;
 mod lengths;

@@ -4,6 +4,7 @@
 //! 4·hidden × hidden, gates in the order i, f, g, o.
 
 use crate::activation::{sigmoid_of, tanh_of};
+use crate::half::{self, HalfMatrix};
 use crate::layout;
 use crate::lengths::{at_least, exactly, whole_rows};
 use crate::matmul::{Matrix, few_rows, matmul};
@@ -57,6 +58,8 @@ pub struct Trace {
     turned: Vec<f32>,
     /// Their gradients, 4·hidden × (channels + 1 + hidden).
     dturned: Vec<f32>,
+    /// The weights of factors and the recurrent weights as bf16, where products are of those.
+    halves: Option<Box<[HalfMatrix; 2]>>,
 }
 
 impl Trace {
@@ -74,7 +77,14 @@ impl Trace {
             dc: vec![0.0; batch * lstm.hidden],
             turned: vec![0.0; 4 * lstm.hidden * lstm.factors()],
             dturned: vec![0.0; 4 * lstm.hidden * lstm.factors()],
+            halves: None,
         }
+    }
+
+    /// Makes room for `batch` sequences whose products are of bf16. Panics where [`crate::half::supported`] is an error.
+    pub fn half(lstm: &Lstm, batch: usize) -> Self {
+        half::assert_supported();
+        Trace { halves: Some(Box::default()), ..Trace::new(lstm, batch) }
     }
 }
 
@@ -125,7 +135,7 @@ impl Lstm {
         exactly("sequences", x.len(), n * steps * channels);
         self.check(weights);
         let all = self.factors();
-        let Trace { factors, cells, turned, .. } = &mut *trace;
+        let Trace { factors, cells, turned, halves, .. } = &mut *trace;
         for (sample, x) in x.chunks_exact(steps * channels).enumerate() {
             for (step, x) in x.chunks_exact(channels).enumerate() {
                 factors[(step * n + sample) * all..][..channels].copy_from_slice(x);
@@ -135,6 +145,9 @@ impl Lstm {
         cells[..n * hidden].fill(0.0);
         factors[..n * all].chunks_exact_mut(all).for_each(|row| row[channels + 1..].fill(0.0));
         self.turn(weights, turned);
+        if let Some(halves) = halves {
+            halves[0].pack(Matrix::new(turned, all, 4 * hidden));
+        }
         self.run_steps(n, trace, y);
     }
 
@@ -155,12 +168,16 @@ impl Lstm {
     fn run_steps(&self, n: usize, trace: &mut Trace, y: &mut [f32]) {
         let Lstm { channels, steps, hidden } = *self;
         let (width, all) = (4 * hidden, self.factors());
-        let Trace { gates, cells, tanh, factors, turned, .. } = trace;
+        let Trace { gates, cells, tanh, factors, turned, halves, .. } = trace;
         let stride = self.gates_row();
         for step in 0..steps {
             let (seen, later) = factors[step * n * all..].split_at_mut(n * all);
             let gates = &mut gates[step * n * stride..][..n * stride];
-            few_rows(gates, stride, Matrix::new(seen, n, all), Matrix::new(turned, all, width), false);
+            let seen = Matrix::new(seen, n, all);
+            match halves {
+                Some(halves) => halves[0].multiply(gates, stride, seen, false),
+                None => few_rows(gates, stride, seen, Matrix::new(turned, all, width), false),
+            }
             let (old, new) = cells[step * n * hidden..].split_at_mut(n * hidden);
             let tanh = &mut tanh[step * n * hidden..];
             for sample in 0..n {
@@ -182,12 +199,15 @@ impl Lstm {
         let Lstm { steps, hidden, .. } = *self;
         let (n, width) = (self.samples("dy", dy.len(), hidden, trace), 4 * hidden);
         self.check(weights);
-        let Trace { gates, cells, tanh, dh, dc, .. } = trace;
+        let Trace { gates, cells, tanh, dh, dc, halves, .. } = trace;
         at_least("hidden gradients of a trace", dh.len(), n * hidden);
         at_least("cell gradients of a trace", dc.len(), n * hidden);
         dh[..n * hidden].copy_from_slice(dy);
         dc[..n * hidden].fill(0.0);
         let hh = Matrix::new(weights.hh, width, hidden);
+        if let Some(halves) = halves {
+            halves[1].pack(hh);
+        }
         let stride = self.gates_row();
         for step in (0..steps).rev() {
             let gates = &mut gates[step * n * stride..][..n * stride];
@@ -198,7 +218,11 @@ impl Lstm {
                 cell_backward(row_gates, &tanh[row..][..hidden], &cells[row..][..hidden], dh, dc);
             }
             if step > 0 {
-                few_rows(dh, hidden, Matrix::strided(gates, n, width, stride), hh, false);
+                let gates = Matrix::strided(gates, n, width, stride);
+                match halves {
+                    Some(halves) => halves[1].multiply(dh, hidden, gates, false),
+                    None => few_rows(dh, hidden, gates, hh, false),
+                }
             }
         }
     }
@@ -219,14 +243,15 @@ impl Lstm {
         exactly("gradient of the input weights", dih.len(), width * channels);
         exactly("gradient of the recurrent weights", dhh.len(), width * hidden);
         exactly("gradient of the bias", dbias.len(), width);
-        let Trace { gates, factors, dturned, .. } = trace;
+        let Trace { gates, factors, dturned, halves, .. } = trace;
+        let product = if halves.is_some() { half::multiply } else { few_rows };
         exactly("weight gradients of a trace", dturned.len(), width * all);
         let stride = self.gates_row();
         for from in (0..rows).step_by(TOGETHER) {
             let count = TOGETHER.min(rows - from);
             let dgates = Matrix::strided(&gates[from * stride..], count, width, stride).t();
             let factors = Matrix::new(&factors[from * all..(from + count) * all], count, all);
-            few_rows(dturned, all, dgates, factors, from > 0);
+            product(dturned, all, dgates, factors, from > 0);
         }
         for (gate, row) in dturned.chunks_exact(all).enumerate() {
             dih[gate * channels..][..channels].copy_from_slice(&row[..channels]);
@@ -242,9 +267,10 @@ impl Lstm {
         let n = self.samples("dx", dx.len(), channels * steps, trace);
         self.check(weights);
         let ih = Matrix::new(weights.ih, width, channels);
+        let product = if trace.halves.is_some() { half::multiply } else { matmul };
         for step in 0..steps {
             let dgates = Matrix::strided(&trace.gates[step * n * stride..], n, width, stride);
-            matmul(&mut dx[step * channels..], steps * channels, dgates, ih, accumulate);
+            product(&mut dx[step * channels..], steps * channels, dgates, ih, accumulate);
         }
     }
 }

@@ -11,11 +11,11 @@ use crate::view::Rectifier;
 /// A matrix seen in a slice: element (r, c) is `data[r * row_stride + c * column_stride]`.
 #[derive(Debug, Clone, Copy)]
 pub struct Matrix<'a> {
-    data: &'a [f32],
-    rows: usize,
-    columns: usize,
-    row_stride: usize,
-    column_stride: usize,
+    pub(crate) data: &'a [f32],
+    pub(crate) rows: usize,
+    pub(crate) columns: usize,
+    pub(crate) row_stride: usize,
+    pub(crate) column_stride: usize,
 }
 
 impl<'a> Matrix<'a> {
@@ -44,7 +44,7 @@ impl<'a> Matrix<'a> {
 }
 
 /// Returns the sizes (rows, columns, depth) of `a · b`, which is asserted to fit `out`.
-fn sizes(out: &[f32], row_stride: usize, a: &Matrix, b: &Matrix) -> [usize; 3] {
+pub(crate) fn sizes(out: &[f32], row_stride: usize, a: &Matrix, b: &Matrix) -> [usize; 3] {
     exactly("rows of the second matrix for columns of the first", b.rows, a.columns);
     let (m, n) = (a.rows, b.columns);
     at_least("distance of the rows of a product", row_stride, if m > 1 { n } else { 0 });
@@ -146,7 +146,7 @@ pub fn few_rows(out: &mut [f32], row_stride: usize, a: Matrix, b: Matrix, accumu
 }
 
 /// Cuts `0..len` into pieces of at most `most`: one empty piece where `len` is 0.
-fn pieces(len: usize, most: usize) -> impl Iterator<Item = Range<usize>> {
+pub(crate) fn pieces(len: usize, most: usize) -> impl Iterator<Item = Range<usize>> {
     (0..len.max(1)).step_by(most).map(move |from| from..(from + most).min(len))
 }
 

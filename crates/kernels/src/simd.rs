@@ -13,6 +13,7 @@ mod level;
 #[cfg(target_arch = "aarch64")]
 mod neon;
 mod portable;
+mod product;
 mod vector;
 
 #[cfg(target_arch = "x86_64")]
@@ -26,4 +27,7 @@ pub use level::{Level, level};
 #[cfg(target_arch = "aarch64")]
 pub(crate) use neon::Neon;
 pub(crate) use portable::Portable;
+#[cfg(target_arch = "x86_64")]
+pub(crate) use product::Pairs;
+pub(crate) use product::{Floats, Product};
 pub(crate) use vector::{Simd, WIDEST};

@@ -7,8 +7,8 @@
 #[cfg(target_arch = "aarch64")]
 use crate::simd::Neon;
 #[cfg(target_arch = "x86_64")]
-use crate::simd::{Avx2, Avx512};
-use crate::simd::{Level, Portable, Simd, level};
+use crate::simd::{Avx2, Avx512, Pairs};
+use crate::simd::{Floats, Level, Portable, Product, Simd, level};
 use crate::view::Rectifier;
 
 /// The start of the accumulators.
@@ -45,10 +45,10 @@ pub(crate) struct Tile<'a> {
 /// Computes a block of outputs, `M` rows of `N` vectors. `FROZEN` ones get the addend and the rectifier of `t`, too.
 ///
 /// # Safety
-/// The CPU has the features of `S`; all addresses that the strides of `t` form for `M` rows and
+/// The CPU has the features of `S` and `P`; all addresses that the strides of `t` form for `M` rows and
 /// `N` vectors (the last of `t.last` lanes) are valid, and `c` overlaps neither `a` nor `b`.
 #[inline(always)]
-unsafe fn tile<S: Simd, const M: usize, const N: usize, const FROZEN: bool>(t: &Tile) {
+unsafe fn tile<S: Simd, P: Product<S>, const M: usize, const N: usize, const FROZEN: bool>(t: &Tile) {
     // SAFETY: the caller's contract; every access below is one of those addresses.
     unsafe {
         let full = t.last == S::LANES;
@@ -77,9 +77,9 @@ unsafe fn tile<S: Simd, const M: usize, const N: usize, const FROZEN: bool>(t: &
             }
         }
         if full {
-            products::<S, M, N, true>(t, &mut acc);
+            products::<S, P, M, N, true>(t, &mut acc);
         } else {
-            products::<S, M, N, false>(t, &mut acc);
+            products::<S, P, M, N, false>(t, &mut acc);
         }
         // Short loops of their own: the accumulators stay in registers only where every loop over them unrolls.
         if FROZEN {
@@ -119,7 +119,7 @@ unsafe fn tile<S: Simd, const M: usize, const N: usize, const FROZEN: bool>(t: &
 /// # Safety
 /// As [`tile`].
 #[inline(always)]
-unsafe fn products<S: Simd, const M: usize, const N: usize, const FULL: bool>(
+unsafe fn products<S: Simd, P: Product<S>, const M: usize, const N: usize, const FULL: bool>(
     t: &Tile,
     acc: &mut [[S::V; N]; M],
 ) {
@@ -129,7 +129,7 @@ unsafe fn products<S: Simd, const M: usize, const N: usize, const FULL: bool>(
             let mut a = t.a.add(from_a);
             let mut b = t.b.add(from_b);
             let mut left = t.run;
-            if S::BY_LANE && t.a_step == 1 {
+            if P::BY_LANE && t.a_step == 1 {
                 while left >= 4 {
                     let mut x = [S::splat(0.0); M];
                     for (m, x) in x.iter_mut().enumerate() {
@@ -149,7 +149,7 @@ unsafe fn products<S: Simd, const M: usize, const N: usize, const FULL: bool>(
                 for (m, row) in acc.iter_mut().enumerate() {
                     let x = S::splat(*a.add(m * t.a_row));
                     for (v, &b) in row.iter_mut().zip(&bv) {
-                        *v = S::fma(x, b, *v);
+                        *v = P::add(x, b, *v);
                     }
                 }
                 a = a.wrapping_add(t.a_step);
@@ -212,11 +212,14 @@ struct Kernels {
 
 macro_rules! kernels {
     ($simd:ty, $vectors:literal, $frozen:literal, $attribute:meta, [$($rows:literal)*]) => {
+        kernels!($simd, Floats, $vectors, $frozen, $attribute, [$($rows)*])
+    };
+    ($simd:ty, $product:ty, $vectors:literal, $frozen:literal, $attribute:meta, [$($rows:literal)*]) => {
         &[$({
             #[$attribute]
             unsafe fn kernel(t: &Tile) {
                 // SAFETY: the caller of the kernel keeps the contract of `tile`.
-                unsafe { tile::<$simd, $rows, $vectors, $frozen>(t) }
+                unsafe { tile::<$simd, $product, $rows, $vectors, $frozen>(t) }
             }
             kernel as BlockKernel
         }),*]
@@ -262,6 +265,18 @@ static AVX512: Kernels = Kernels {
         kernels!(Avx512, 1, true, target_feature(enable = "avx512f"), [1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21 22 23 24 25 26 27 28]),
         kernels!(Avx512, 2, true, target_feature(enable = "avx512f"), [1 2 3 4 5 6 7 8 9 10 11 12 13 14]),
     ],
+};
+
+/// Products of pairs of bf16; networks for prediction have none.
+#[cfg(target_arch = "x86_64")]
+static PAIRS: Kernels = Kernels {
+    lanes: Avx512::LANES,
+    rows: Avx512::ROWS,
+    table: [
+        kernels!(Avx512, Pairs, 1, false, target_feature(enable = "avx512f,avx512bf16"), [1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21 22 23 24 25 26 27 28]),
+        kernels!(Avx512, Pairs, 2, false, target_feature(enable = "avx512f,avx512bf16"), [1 2 3 4 5 6 7 8 9 10 11 12 13 14]),
+    ],
+    frozen: [&[], &[]],
 };
 
 #[cfg(target_arch = "aarch64")]
@@ -336,7 +351,20 @@ impl ColumnBlock {
 
 /// Cuts `width` columns into those of single kernels.
 pub(crate) fn columns(width: usize) -> impl Iterator<Item = ColumnBlock> {
-    let (wide, narrow) = (kernels(), narrow());
+    cut(width, kernels(), narrow())
+}
+
+/// Cuts `width` columns of products of pairs of bf16; panics where the CPU has no such products.
+pub(crate) fn pair_columns(width: usize) -> impl Iterator<Item = ColumnBlock> {
+    crate::half::assert_supported();
+    #[cfg(target_arch = "x86_64")]
+    let kernels = &PAIRS;
+    #[cfg(not(target_arch = "x86_64"))]
+    let kernels = kernels();
+    cut(width, kernels, kernels)
+}
+
+fn cut(width: usize, wide: &'static Kernels, narrow: &'static Kernels) -> impl Iterator<Item = ColumnBlock> {
     let mut from = 0;
     std::iter::from_fn(move || {
         let left = width - from;

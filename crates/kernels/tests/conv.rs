@@ -61,23 +61,30 @@ fn close(got: &[f32], want: &[f64], terms: usize, share: f64, what: &str) {
 struct Shares {
     forward: f64,
     gradients: f64,
+    /// Whether values are such that a bf16 holds them, so that their products are exact.
+    half: bool,
 }
 
-const DIRECT: Shares = Shares { forward: 1e-5, gradients: 1e-5 };
+const DIRECT: Shares = Shares { forward: 1e-5, gradients: 1e-5, half: false };
+const HALF: Shares = Shares { half: true, ..DIRECT };
 /// Transforms add and subtract values several times as large as what is left in the end: of thousands of
 /// outputs' cases one was above 1e-5.
-const FEWER: Shares = Shares { forward: 2e-5, gradients: 5e-5 };
+const FEWER: Shares = Shares { forward: 2e-5, gradients: 5e-5, half: false };
 
 /// Portable code rounds each product before it is added, where the others round the sum alone: cases of many
 /// products came out a little above their share.
 fn fewer() -> Shares {
     let factor = if level() == Level::Portable { 2.0 } else { 1.0 };
-    Shares { forward: factor * FEWER.forward, gradients: factor * FEWER.gradients }
+    Shares { forward: factor * FEWER.forward, gradients: factor * FEWER.gradients, ..FEWER }
 }
 
 /// All passes of `conv` against the definition.
 fn agrees(case: &Case, conv: &Conv, accumulate: bool, relu: bool, shares: Shares) {
-    let Shares { forward, gradients } = shares;
+    let Shares { forward, gradients, half } = shares;
+    let values = |count: usize, salt: usize| -> Vec<f32> {
+        let values = values(count, salt).into_iter();
+        values.map(|v| if half { (64.0 * v).round() / 64.0 } else { v }).collect()
+    };
     let filters = case.filters;
     let (depth, positions) = (conv.weight_len() / filters, conv.y_len() / filters);
     let (x, dy) = (values(conv.x_len(), 1), values(conv.y_len(), 2));
@@ -171,6 +178,13 @@ proptest! {
             dilation => Conv::dilated(window, dilation, channels, filters, groups),
         };
         agrees(&case, &conv, accumulate, relu, DIRECT);
+    }
+
+    #[test]
+    #[ignore = "needs avx512_bf16"]
+    fn halves_agree_with_the_definition_needs_bf16(case in cases(1..36, 1), accumulate in any::<bool>(), relu in any::<bool>()) {
+        let Case { window, dilation, channels, filters, groups } = case;
+        agrees(&case, &Conv::half(window, dilation, channels, filters, groups), accumulate, relu, HALF);
     }
 
     #[test]

@@ -83,7 +83,9 @@ pub use taxel_guard as guard;
 pub use training::epoch::Epoch;
 pub use training::optimizer::{Decay, Moments, Optimizer};
 pub use training::part::shuffled;
-pub use training::recipe::{BatchNorm, ClassWeights, Criterion, EarlyStopping, FrozenStatistics, Recipe};
+pub use training::recipe::{
+    BatchNorm, ClassWeights, Criterion, EarlyStopping, FrozenStatistics, Precision, Recipe,
+};
 pub use training::schedule::Schedule;
 pub use training::session::forget;
 pub use training::teacher::Teacher;

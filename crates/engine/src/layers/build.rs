@@ -11,17 +11,23 @@ use super::{
 };
 
 /// Makes the layer of `node` over the whole of a batch of at most `batch`, with memory for the backward pass where it
-/// `trains`; `None` for what runs sample by sample.
-pub(crate) fn build_batch(graph: &Graph, node: &Node, batch: usize, trains: bool) -> Option<Batch> {
+/// `trains`, with products of bf16 where it is `half`; `None` for what runs sample by sample.
+pub(crate) fn build_batch(
+    graph: &Graph,
+    node: &Node,
+    batch: usize,
+    trains: bool,
+    half: bool,
+) -> Option<Batch> {
     let input = |which: usize| &graph.nodes()[node.inputs[which]].shape;
     let layer: Box<dyn BatchLayer> = match node.op {
         Op::Linear { bias, .. } => {
             let inputs = input(0).iter().product();
-            Box::new(linear::Linear::new(inputs, node.shape[0], bias, batch))
+            Box::new(linear::Linear::new(inputs, node.shape[0], bias, batch, half))
         }
         Op::Lstm { hidden, steps } => {
             let sizes = taxel_kernels::lstm::Lstm { channels: input(0)[0], steps, hidden };
-            Box::new(lstm::Lstm::new(sizes, batch, trains))
+            Box::new(lstm::Lstm::new(sizes, batch, trains, half))
         }
         _ => return None,
     };
@@ -29,14 +35,15 @@ pub(crate) fn build_batch(graph: &Graph, node: &Node, batch: usize, trains: bool
     Some(Batch { layer, inputs, outputs, x: vec![0.0; batch * inputs], y: vec![0.0; batch * outputs] })
 }
 
-/// Makes the layer of `node`; `None` for inputs and for what takes the whole batch.
-pub(crate) fn build(graph: &Graph, node: &Node) -> Option<Box<dyn Layer>> {
+/// Makes the layer of `node`, with products of bf16 where it is `half`; `None` for inputs and for what takes the whole
+/// batch.
+pub(crate) fn build(graph: &Graph, node: &Node, half: bool) -> Option<Box<dyn Layer>> {
     let input = |which: usize| &graph.nodes()[node.inputs[which]];
     let (channels, len) = (node.shape[0], node.shape.iter().product());
     Some(match &node.op {
         Op::Input | Op::Linear { .. } | Op::Lstm { .. } => return None,
         Op::Conv { filters, window, dilation, groups, bias } => {
-            let plan = conv_plan(&input(0).shape, *filters, window, dilation, *groups);
+            let plan = conv_plan(&input(0).shape, *filters, window, dilation, *groups, half);
             Box::new(conv::Conv::new(plan, *bias))
         }
         // Stored only where the engine cannot leave them to their readers.
@@ -99,9 +106,11 @@ fn conv_plan(
     window: &Window,
     dilation: &[usize],
     groups: usize,
+    half: bool,
 ) -> kernels::conv::Conv {
     let (window, dilation) = (window3(window, dilation, shape), axes3(dilation, 1));
-    kernels::conv::Conv::dilated(window, dilation, shape[0], filters, groups)
+    let make = if half { kernels::conv::Conv::half } else { kernels::conv::Conv::dilated };
+    make(window, dilation, shape[0], filters, groups)
 }
 
 /// Makes a window over (depth, rows, columns), from a shape with channels first and 1 to 3 spatial axes; its outputs

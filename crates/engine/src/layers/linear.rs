@@ -1,7 +1,7 @@
 //! Fully connected layer: matrix products over the whole batch, cut in fixed pieces.
 
 use taxel_kernels::matmul::{Matrix, few_rows, matmul};
-use taxel_kernels::{layout, reduce};
+use taxel_kernels::{half, layout, reduce};
 
 use super::batch_layer::{BatchBackward, BatchLayer};
 use crate::threads::Threads;
@@ -16,14 +16,26 @@ pub(super) struct Linear {
     inputs: usize,
     outputs: usize,
     bias: bool,
+    /// Whether products are of bf16.
+    half: bool,
     /// Inputs × samples and outputs × samples, in the order that suits a product, where there are many weights.
     turned: [Vec<f32>; 2],
 }
 
 impl Linear {
-    pub fn new(inputs: usize, outputs: usize, bias: bool, batch: usize) -> Self {
+    pub fn new(inputs: usize, outputs: usize, bias: bool, batch: usize, half: bool) -> Self {
         let batch = if inputs * outputs >= MANY { batch } else { 0 };
-        Linear { inputs, outputs, bias, turned: [vec![0.0; inputs * batch], vec![0.0; outputs * batch]] }
+        let turned = [vec![0.0; inputs * batch], vec![0.0; outputs * batch]];
+        Linear { inputs, outputs, bias, half, turned }
+    }
+
+    /// Returns the product for a second matrix that is read where it lies, if that is faster, or is packed.
+    fn product(&self, in_place: bool) -> fn(&mut [f32], usize, Matrix, Matrix, bool) {
+        match (self.half, in_place) {
+            (true, _) => half::multiply,
+            (false, true) => few_rows,
+            (false, false) => matmul,
+        }
     }
 
     fn has_many(&self) -> bool {
@@ -32,7 +44,7 @@ impl Linear {
 
     /// Computes `yᵀ = W xᵀ + b`: every weight is read once.
     fn forward_turned(&mut self, threads: &Threads, n: usize, params: &[f32], x: &[f32], y: &mut [f32]) {
-        let (inputs, outputs, bias) = (self.inputs, self.outputs, self.bias);
+        let (inputs, outputs, bias, product) = (self.inputs, self.outputs, self.bias, self.product(true));
         let [xt, yt] = &mut self.turned;
         let (xt, yt) = (&mut xt[..inputs * n], &mut yt[..outputs * n]);
         let each = inputs.div_ceil(PIECES);
@@ -56,7 +68,7 @@ impl Linear {
                 yt.chunks_exact_mut(n).zip(&shift[from..]).for_each(|(row, shift)| row.fill(*shift));
             }
             let weight = Matrix::new(&weight[from * inputs..(from + count) * inputs], count, inputs);
-            few_rows(yt, n, weight, xt, bias);
+            product(yt, n, weight, xt, bias);
         });
         layout::transpose(outputs, n, yt, y, false);
     }
@@ -70,14 +82,14 @@ impl Linear {
         dy: &[f32],
         dx: &mut [f32],
     ) {
-        let (inputs, outputs) = (self.inputs, self.outputs);
+        let (inputs, outputs, product) = (self.inputs, self.outputs, self.product(true));
         let dy = Matrix::new(&dy[..n * outputs], n, outputs);
         let most = inputs.div_ceil(PIECES);
         let columns = &mut self.turned[0][..inputs * n];
         threads.each(columns, most * n, |piece, columns| {
             let count = columns.len() / n;
             let weight = Matrix::strided(&params[piece * most..inputs * outputs], outputs, count, inputs);
-            few_rows(columns, count, dy, weight, false);
+            product(columns, count, dy, weight, false);
         });
         for (sample, dx) in dx.chunks_exact_mut(inputs).enumerate() {
             for (piece, dx) in dx.chunks_mut(most).enumerate() {
@@ -107,14 +119,14 @@ impl BatchLayer for Linear {
             let count = y.len() / layer.outputs;
             let x =
                 Matrix::new(&x[piece * rows * layer.inputs..][..count * layer.inputs], count, layer.inputs);
-            matmul(y, layer.outputs, x, layer.weight(params).t(), layer.bias);
+            layer.product(false)(y, layer.outputs, x, layer.weight(params).t(), layer.bias);
         });
     }
 
     fn backward(&mut self, pass: BatchBackward, dparams: &mut [f32], dx: Option<&mut [f32]>) {
         let BatchBackward { threads, n, params, x, dy } = pass;
         let layer = &*self;
-        let product = if layer.has_many() { few_rows } else { matmul };
+        let product = layer.product(layer.has_many());
         if !dparams.is_empty() {
             let (dweight, dbias) = dparams.split_at_mut(layer.inputs * layer.outputs);
             if layer.bias {
@@ -138,7 +150,7 @@ impl BatchLayer for Linear {
             let count = dx.len() / layer.inputs;
             let dy = &dy[piece * rows * layer.outputs..][..count * layer.outputs];
             let dy = Matrix::new(dy, count, layer.outputs);
-            matmul(dx, layer.inputs, dy, layer.weight(params), false);
+            layer.product(false)(dx, layer.inputs, dy, layer.weight(params), false);
         });
     }
 }

@@ -26,13 +26,14 @@ struct LstmChunk {
 }
 
 impl Lstm {
-    /// Makes room for `batch` sequences, and for their gradients where it `trains`.
-    pub fn new(sizes: LstmSizes, batch: usize, trains: bool) -> Self {
+    /// Makes room for `batch` sequences, and for their gradients where it `trains`, with products of bf16
+    /// where it is `half`.
+    pub fn new(sizes: LstmSizes, batch: usize, trains: bool, half: bool) -> Self {
         let LstmSizes { channels, steps, hidden } = sizes;
         let most = batch.div_ceil(PIECES);
         let gradient = |len: usize| vec![0.0; if trains { len } else { 0 }];
         let piece = |_| LstmChunk {
-            trace: Trace::new(&sizes, most),
+            trace: if half { Trace::half(&sizes, most) } else { Trace::new(&sizes, most) },
             y: vec![0.0; most * hidden],
             dx: gradient(most * steps * channels),
             dparams: gradient(4 * hidden * (channels + hidden + 2)),

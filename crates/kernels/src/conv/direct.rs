@@ -7,7 +7,7 @@
 use std::ops::Range;
 
 use crate::lengths::{at_least, exactly, image};
-use crate::tile::{ColumnBlock, Start, Tile, columns, even};
+use crate::tile::{ColumnBlock, Start, Tile, columns, even, pair_columns};
 use crate::view::Rectifier;
 use crate::window::Window3;
 
@@ -29,6 +29,8 @@ pub(crate) struct Direct {
     lines: Vec<ConvRow>,
     /// Where they start, in input and output.
     starts: Vec<(usize, usize)>,
+    /// Whether values of the input, and weights, are pairs of bf16.
+    paired: bool,
 }
 
 /// A row of outputs.
@@ -79,7 +81,27 @@ impl Direct {
             .collect();
         let taps = cuts.iter().map(|[rows, depths]| under(rows, depths)).collect();
         let starts = lines.iter().map(|line| (line.from, line.to)).collect();
-        Direct { sizes, padded_len: image(padded, channels), taps, run, lines, starts }
+        Direct { sizes, padded_len: image(padded, channels), taps, run, lines, starts, paired: false }
+    }
+
+    /// Makes the plan for outputs of pairs of bf16, of which `sizes` counts the channels; its
+    /// [`Direct::backward_weight`] has no meaning.
+    pub fn paired(sizes: ConvSizes) -> Self {
+        Direct { paired: true, ..Direct::new(sizes) }
+    }
+
+    /// Returns where the rows of outputs start, in the padded input and the output.
+    pub fn starts(&self) -> &[(usize, usize)] {
+        &self.starts
+    }
+
+    /// Returns the stretches under a whole window, and their length.
+    pub fn taps(&self) -> (&[(usize, usize)], usize) {
+        (&self.taps[0], self.run)
+    }
+
+    pub fn padded_len(&self) -> usize {
+        self.padded_len
     }
 
     pub fn y_len(&self) -> usize {
@@ -99,17 +121,22 @@ impl Direct {
             exactly("bias of a convolution", bias.len(), self.sizes.filters);
         }
         let [_, out] = self.sizes.of_group();
+        let block = |group: usize, columns: &ColumnBlock, y: &mut [f32]| {
+            let filter = group * out + columns.from;
+            let start = match begin {
+                Begin::Zero => Start::Zero,
+                Begin::Add => Start::Add,
+                Begin::Bias(bias) => Start::Bias(bias[filter..].as_ptr()),
+            };
+            // SAFETY: `columns` are some of the group's filters; the lengths of `padded`, `weight` and
+            // `y` are asserted above, and so is one bias per filter.
+            unsafe { self.output_blocks(group, columns, start, padded, weight, y) };
+        };
         for group in 0..self.sizes.groups {
-            for columns in columns(out) {
-                let filter = group * out + columns.from;
-                let start = match begin {
-                    Begin::Zero => Start::Zero,
-                    Begin::Add => Start::Add,
-                    Begin::Bias(bias) => Start::Bias(bias[filter..].as_ptr()),
-                };
-                // SAFETY: `columns` are some of the group's filters; the lengths of `padded`, `weight` and
-                // `y` are asserted above, and so is one bias per filter.
-                unsafe { self.output_blocks(group, &columns, start, padded, weight, y) };
+            if self.paired {
+                pair_columns(out).for_each(|columns| block(group, &columns, y));
+            } else {
+                columns(out).for_each(|columns| block(group, &columns, y));
             }
         }
     }

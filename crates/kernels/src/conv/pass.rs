@@ -9,6 +9,7 @@ use super::band::{Band, Padded};
 use super::begin::Begin;
 use super::depthwise::{self, Depthwise};
 use super::direct::Direct;
+use super::half::HalfDirect;
 use super::halo::Halo;
 use super::kind::ConvKind;
 use super::scatter::scatter;
@@ -33,12 +34,17 @@ enum Algorithm {
     Depthwise(Depthwise),
     /// Fewer products, where kernels are 3 long and see many channels.
     Winograd(Winograd),
+    /// Every product of the definition, of bf16.
+    Half(Box<HalfDirect>),
 }
 
 impl Algorithm {
-    fn choose(sizes: ConvSizes, fewer: bool) -> Self {
+    fn choose(sizes: ConvSizes, fewer: bool, half: bool) -> Self {
         if sizes.is_depthwise() {
             return Algorithm::Depthwise(Depthwise::new(sizes));
+        }
+        if half && let Some(half) = HalfDirect::new(sizes) {
+            return Algorithm::Half(Box::new(half));
         }
         let winograd = (fewer && sizes.groups == 1).then(|| Winograd::new(&sizes)).flatten();
         winograd.map_or_else(|| Algorithm::Direct(Direct::new(sizes)), Algorithm::Winograd)
@@ -46,12 +52,12 @@ impl Algorithm {
 }
 
 impl ConvPass {
-    /// Makes the plan; with `fewer` products where the sizes allow.
-    pub fn new(sizes: ConvSizes, fewer: bool) -> Self {
-        let algorithm = Algorithm::choose(sizes, fewer);
+    /// Makes the plan; with `fewer` products where the sizes allow, or with products of bf16.
+    pub fn new(sizes: ConvSizes, fewer: bool, half: bool) -> Self {
+        let algorithm = Algorithm::choose(sizes, fewer, half);
         let whole = (sizes.reach(), sizes.window.output[1]);
         let (padded, band_rows) = match &algorithm {
-            Algorithm::Direct(_) => whole,
+            Algorithm::Direct(_) | Algorithm::Half(_) => whole,
             Algorithm::Depthwise(depthwise) => (whole.0, depthwise.band_rows()),
             Algorithm::Winograd(winograd) => (winograd.padded(whole.0), whole.1),
         };
@@ -60,7 +66,7 @@ impl ConvPass {
 
     pub fn kind(&self) -> ConvKind {
         match self.algorithm {
-            Algorithm::Direct(_) => ConvKind::Direct,
+            Algorithm::Direct(_) | Algorithm::Half(_) => ConvKind::Direct,
             Algorithm::Depthwise(_) => ConvKind::Depthwise,
             Algorithm::Winograd(_) => ConvKind::Winograd,
         }
@@ -95,13 +101,16 @@ impl ConvPass {
         match &self.algorithm {
             Algorithm::Direct(_) | Algorithm::Depthwise(_) => 0,
             Algorithm::Winograd(winograd) => winograd.weight_len(),
+            Algorithm::Half(half) => half.packed_len(),
         }
     }
 
     /// Fills `packed`, [`ConvPass::packed_len`] values.
     pub fn pack(&self, weight: &[f32], packed: &mut [f32]) {
-        if let Algorithm::Winograd(winograd) = &self.algorithm {
-            winograd.pack(weight, packed);
+        match &self.algorithm {
+            Algorithm::Direct(_) | Algorithm::Depthwise(_) => {}
+            Algorithm::Winograd(winograd) => winograd.pack(weight, packed),
+            Algorithm::Half(half) => half.pack(weight, packed),
         }
     }
 
@@ -110,6 +119,7 @@ impl ConvPass {
         match &self.algorithm {
             Algorithm::Direct(_) | Algorithm::Depthwise(_) => 0,
             Algorithm::Winograd(winograd) => winograd.work_len(),
+            Algorithm::Half(half) => half.work_len(),
         }
     }
 
@@ -127,13 +137,14 @@ impl ConvPass {
             Algorithm::Direct(direct) => direct.forward(padded.values, weight, begin, y),
             Algorithm::Depthwise(depthwise) => depthwise.forward(padded, weight, begin, y),
             Algorithm::Winograd(winograd) => winograd.forward(padded.values, packed, begin, y, work),
+            Algorithm::Half(half) => half.forward(padded.values, packed, begin, y, work),
         }
     }
 
     /// Returns the number of sums of [`ConvPass::backward_weight`].
     pub fn sums_len(&self) -> usize {
         match &self.algorithm {
-            Algorithm::Direct(_) | Algorithm::Depthwise(_) => self.sizes.weight_len(),
+            Algorithm::Direct(_) | Algorithm::Depthwise(_) | Algorithm::Half(_) => self.sizes.weight_len(),
             Algorithm::Winograd(winograd) => winograd.weight_len(),
         }
     }
@@ -144,13 +155,14 @@ impl ConvPass {
             Algorithm::Direct(direct) => direct.backward_weight(padded.values, dy, sums),
             Algorithm::Depthwise(depthwise) => depthwise.backward_weight(padded, dy, sums),
             Algorithm::Winograd(winograd) => winograd.backward_weight(padded.values, dy, sums, work),
+            Algorithm::Half(half) => half.backward_weight(padded.values, dy, sums, work),
         }
     }
 
     /// Adds the weight gradient that `sums` amount to.
     pub fn finish(&self, sums: &[f32], dweight: &mut [f32]) {
         match &self.algorithm {
-            Algorithm::Direct(_) | Algorithm::Depthwise(_) => {
+            Algorithm::Direct(_) | Algorithm::Depthwise(_) | Algorithm::Half(_) => {
                 pointwise::copy(&sums[..self.sizes.weight_len()], dweight, true);
             }
             Algorithm::Winograd(winograd) => winograd.unpack(sums, dweight),
@@ -164,7 +176,7 @@ impl ConvPass {
             Algorithm::Depthwise(_) => {
                 layout::turn_round_depthwise(window.volume(), channels, weight, turned);
             }
-            Algorithm::Direct(_) | Algorithm::Winograd(_) => {
+            Algorithm::Direct(_) | Algorithm::Winograd(_) | Algorithm::Half(_) => {
                 layout::turn_round(groups, window.volume(), self.sizes.of_group(), weight, turned);
             }
         }
@@ -176,7 +188,8 @@ impl ConvPass {
             Algorithm::Depthwise(_) => {
                 depthwise::scatter(&self.sizes, dy, weight, dx);
             }
-            Algorithm::Direct(_) | Algorithm::Winograd(_) => scatter(&self.sizes, dy, weight, dx),
+            Algorithm::Direct(_) | Algorithm::Winograd(_) => scatter(&self.sizes, false, dy, weight, dx),
+            Algorithm::Half(_) => scatter(&self.sizes, true, dy, weight, dx),
         }
     }
 }

@@ -3,6 +3,7 @@
 
 use std::cell::RefCell;
 
+use crate::half;
 use crate::lengths::at_least;
 use crate::matmul::{Matrix, matmul};
 use crate::pointwise;
@@ -13,8 +14,9 @@ thread_local! {
     static SCRATCH: RefCell<Vec<f32>> = const { RefCell::new(Vec::new()) };
 }
 
-/// Adds the input gradient to `dx`.
-pub(crate) fn scatter(sizes: &ConvSizes, dy: &[f32], weight: &[f32], dx: &mut [f32]) {
+/// Adds the input gradient to `dx`, with products of bf16 where it is `paired`.
+pub(crate) fn scatter(sizes: &ConvSizes, paired: bool, dy: &[f32], weight: &[f32], dx: &mut [f32]) {
+    let product = if paired { half::multiply } else { matmul };
     at_least("dy of a convolution", dy.len(), sizes.y_len());
     at_least("weights of a convolution", weight.len(), sizes.weight_len());
     at_least("dx of a convolution", dx.len(), sizes.x_len());
@@ -29,7 +31,7 @@ pub(crate) fn scatter(sizes: &ConvSizes, dy: &[f32], weight: &[f32], dx: &mut [f
                 let dy = &dy[from * filters + group * out..to * filters];
                 let dy = Matrix::strided(dy, to - from, out, filters);
                 let weight = &weight[group * depth * out..(group + 1) * depth * out];
-                matmul(patch, depth, dy, Matrix::new(weight, depth, out).t(), false);
+                product(patch, depth, dy, Matrix::new(weight, depth, out).t(), false);
                 for (position, patch) in (from..to).zip(patch.chunks_exact(depth)) {
                     add_patch(sizes, group, position, patch, dx);
                 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use rand::RngExt;
 use taxel_data::{Key, Task};
-use taxel_engine::{Engine, EngineOptions, Mode};
+use taxel_engine::{Engine, EngineOptions, Mode, Precision};
 use taxel_graph::{Graph, Halves, Op, Targets, Weights};
 
 use crate::encoding::{Encoded, Input};
@@ -85,6 +85,7 @@ impl<'d> Learner<'d> {
             frozen: recipe.frozen.clone(),
             frozen_statistics: recipe.frozen_statistics,
             decay: recipe.optimizer.decay(),
+            precision: recipe.precision,
         };
         let unchanged = unchanged_nodes(graph, recipe).map_err(taxel_engine::Error::from)?;
         let has_norms = graph.nodes().iter().zip(&unchanged).any(|(node, stays)| is_norm(node) && !stays);
@@ -330,7 +331,8 @@ fn engine_behind(
     weights: &Weights,
     options: EngineOptions,
 ) -> Result<(Engine, CachedFeatures)> {
-    let of_body = EngineOptions { frozen: vec![], ..options.clone() };
+    // Features are predictions, and those are made in f32.
+    let of_body = EngineOptions { frozen: vec![], precision: Precision::F32, ..options.clone() };
     let inputs = encoded(body, set.inputs);
     let features = CachedFeatures::learned(body, &weights.only(body), inputs, of_body, set.cache)?;
     let frozen = left(head, graph, &options.frozen).map_err(taxel_engine::Error::from)?;

@@ -5,7 +5,7 @@
 use serde::{Deserialize, Serialize};
 use taxel_base::names::hint;
 use taxel_data::{Augment, Task};
-pub use taxel_engine::FrozenStatistics;
+pub use taxel_engine::{FrozenStatistics, Precision};
 use taxel_faults::TrainingFaults;
 use taxel_graph::{Loss, Scheme};
 
@@ -192,6 +192,10 @@ pub struct Recipe {
     /// Treatment of the batch-norm statistics of frozen nodes: `kept` (default) or `renewed`.
     #[serde(skip_serializing_if = "crate::json_file::is_default")]
     pub frozen_statistics: FrozenStatistics,
+    /// Numbers that products of training are made of: `f32` (default), or `bf16` where the processor has AVX512-BF16.
+    /// Predictions are made in f32 either way.
+    #[serde(skip_serializing_if = "crate::json_file::is_default")]
+    pub precision: Precision,
     /// Random changes to training images, tensors and readings, anew in every epoch. Default nothing.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub augment: Option<Augment>,
@@ -219,6 +223,7 @@ impl Default for Recipe {
             early_stopping: None,
             frozen: vec![],
             frozen_statistics: FrozenStatistics::default(),
+            precision: Precision::default(),
             augment: None,
             faults: None,
         }
@@ -290,6 +295,9 @@ impl Recipe {
         self.optimizer.check().map_err(|problem| problem.below("optimizer"))?;
         self.schedule.check().map_err(|problem| problem.below("schedule"))?;
         self.check_targets()?;
+        if let Err(reason) = taxel_engine::supports(self.precision) {
+            require(false, "precision", "\"bf16\"", reason.to_string())?;
+        }
         if let Some(augment) = &self.augment {
             augment.check().map_err(augment_problem)?;
         }
