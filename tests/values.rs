@@ -27,9 +27,14 @@ fn presses(path: &Path, samples: usize, offset: usize) {
         let rise = (at[2] + 1) as f32 / 12.0;
         force(at[0]) * rise * (1.0 + at[1] as f32) + noise(at[0] * 24 + at[1] * 12 + at[2])
     });
-    let mut dataset = Dataset::new("skin", Layout::Series, x, &vec![0; samples]).unwrap();
+    save(path, Layout::Series, x, (0..samples).map(force).collect());
+}
+
+/// Saves samples of which the force is known.
+fn save(path: &Path, layout: Layout, x: ArrayD<f32>, forces: Vec<f32>) {
+    let mut dataset = Dataset::new("skin", layout, x, &vec![0; forces.len()]).unwrap();
     let quantity = Quantity { name: "force".into(), unit: Some("N".into()) };
-    dataset.targets = Targets::Values(Values::new(vec![quantity], (0..samples).map(force).collect()));
+    dataset.targets = Targets::Values(Values::new(vec![quantity], forces));
     dataset.save(path).unwrap();
 }
 
@@ -97,6 +102,32 @@ fn a_force_is_learned_and_predicted_with_its_unit() {
         noted.contains(&format!("MAE {mae:.3} N")) && noted.contains("over 20 samples"),
         "{mae}: {noted}"
     );
+}
+
+#[test]
+fn trees_ask_features_of_a_row_by_themselves() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    let config = CONFIG.replace("networks = []", "networks = []\nbaselines = [\"extra-trees\"]");
+    let scores = [Layout::Features, Layout::Series].map(|layout| {
+        let value = |i: usize, at: usize| (((i * 37 + at * 53) % 101) * (at + 1)) as f32 / 10.1;
+        let shape = if layout == Layout::Features { vec![80, 12] } else { vec![80, 12, 1] };
+        let x = ArrayD::from_shape_fn(shape, |at| value(at[0], at[1]));
+        save(&folder.path().join("skin.npz"), layout, x, (0..80).map(|i| value(i, 3)).collect());
+        fs::write(folder.path().join("skin.toml"), &config).unwrap();
+        let (run, model) = (path(layout.name()), path("m.safetensors"));
+        ends(0, &["run", &path("skin.toml"), "--output", &run]);
+        ends(0, &["fit", &run, "--network", "extra-trees", "--output", &model]);
+        let said = ends(0, &["predict", &model, &path("skin.npz"), "--format", "json"]);
+        let said: Value = serde_json::from_str(&said).unwrap();
+        let results: Value =
+            serde_json::from_str(&fs::read_to_string(format!("{run}/results.json")).unwrap()).unwrap();
+        let of_answer = |answer: &Value| answer["predicted"].clone();
+        let answers: Vec<Value> = said["answers"].as_array().unwrap().iter().map(of_answer).collect();
+        (results["networks"][0]["mean"]["mae"].clone(), answers)
+    });
+    assert!(scores[0].0.is_f64());
+    assert_eq!(scores[0], scores[1], "a row of features, and as many channels of one step");
 }
 
 #[test]

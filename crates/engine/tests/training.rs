@@ -297,7 +297,7 @@ fn frozen_batch_norms_use_and_keep_running_statistics() {
 #[test]
 fn everything_frozen_moves_nothing() {
     let graph = mixed();
-    let names: Vec<&str> = vec!["stem", "left", "right", "wide", "lstm", "fc1", "fc2"];
+    let names: Vec<&str> = vec!["stem", "left", "right", "wide", "lstm", "fc1", "ln", "fc2"];
     let mut engine = engine(3, 1, &names);
     let before = engine.weights();
     assert!(pass(&mut engine, 3, 0).is_finite());

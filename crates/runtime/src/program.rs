@@ -288,8 +288,7 @@ impl Call {
             CallKernel::Bands(bands) => bands.run(values[0], work, y),
             CallKernel::Linear { linear, bias, rectifier } => {
                 let from = &self.from[0].1;
-                let x = dense(from, values[0], input);
-                let y = &mut y[to.start..];
+                let (x, y) = (dense(from, values[0], input), &mut y[to.start..]);
                 match given.part {
                     Some(panel) if from.is_dense() => linear.run_panel(panel, x, bias, *rectifier, y),
                     _ => linear.run(x, bias, *rectifier, y),
@@ -312,9 +311,8 @@ impl Call {
                 staged(to, y, output, |y| pointwise::shuffle_columns(x, to.channels, *groups, y, false));
             }
             CallKernel::Deviation(eps) => {
-                let x = dense(&self.from[0].1, values[0], input);
-                let (channels, start) = (to.channels, to.start);
-                deviation::forward(channels, *eps, x, &mut work[..channels], &mut y[start..start + channels]);
+                let (x, n) = (dense(&self.from[0].1, values[0], input), to.channels);
+                deviation::forward(n, *eps, x, &mut work[..n], &mut y[to.start..][..n]);
             }
             CallKernel::LayerNorm { eps, weight, bias } => {
                 let x = dense(&self.from[0].1, values[0], input);

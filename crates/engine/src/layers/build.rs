@@ -64,8 +64,7 @@ pub(crate) fn build(graph: &Graph, node: &Node, half: bool) -> Option<Box<dyn La
             Box::new(pool::AveragePool { window, counted, channels: node.shape[0] })
         }
         Op::GlobalAveragePool => {
-            let len = input(0).shape.iter().product();
-            Box::new(pool::GlobalAveragePool { channels: node.shape[0], len })
+            Box::new(pool::GlobalAveragePool { channels, len: input(0).shape.iter().product() })
         }
         &Op::GlobalStandardDeviation { eps } => {
             let len = input(0).shape.iter().product();

@@ -219,7 +219,7 @@ mod tests {
         samples.iter().filter(far).count() as f64 / samples.len() as f64
     }
 
-    /// Dead, saturated and noisy sensors, and presses ten times as strong or a tenth.
+    /// Makes samples of dead, saturated and noisy sensors, and presses ten times as strong or a tenth.
     fn foreign() -> Vec<(&'static str, Vec<Vec<f32>>)> {
         let mut rng = taxel_base::seed::rng(9, "foreign");
         let mut noise = |low: f32, high: f32| -> Vec<Vec<f32>> {

@@ -9,9 +9,10 @@ use taxel_data::{Targets, Task};
 use taxel_faults::TrainingFaults;
 use taxel_graph::{Tensor, Weights};
 
-use crate::encoding::{Encoded, Encoder, Input, SERIES};
+use crate::encoding::{Encoder, Input, SERIES};
 use crate::error::{Error, Result};
 use crate::estimator::estimator::{Estimator, Fitted, Trained, TrainingSet};
+use crate::estimator::series_shape::{read_as, shape_of};
 use crate::metrics::Outcome;
 use crate::model::ModelKind;
 use crate::problem::{fault_problem, within};
@@ -200,7 +201,7 @@ impl FittedBaseline {
     fn fit(baseline: &Baseline, set: &TrainingSet) -> Result<Self> {
         let method = baseline.method;
         let refuse = |source| Error::Baseline { baseline: method.name().into(), source };
-        let shape = shape_of(&set.inputs[0].encoded)?;
+        let shape = read_as(&method, set.dataset.spec.layout, shape_of(&set.inputs[0].encoded)?);
         let (values, times) = recordings(set, baseline.faults.as_deref())?;
         let weights = set.weights().map(|weights| weights.repeat(times));
         let train = series(&values, shape, weights.as_deref()).map_err(refuse)?;
@@ -387,18 +388,5 @@ fn parts(task: &Task) -> Vec<(String, usize)> {
             .map(|attribute| (format!("{}.", attribute.name), attribute.classes.len()))
             .collect(),
         Task::Values(quantities) => vec![(String::new(), quantities.len())],
-    }
-}
-
-/// Returns channels and length of encoded series.
-fn shape_of(series: &Encoded) -> Result<[usize; 2]> {
-    match *series.shape() {
-        [channels, length] => Ok([channels, length]),
-        ref shape => Err(Error::Axes {
-            source_label: "readings".into(),
-            input: SERIES,
-            shape: shape.to_vec(),
-            reason: "baselines read channels × time",
-        }),
     }
 }

@@ -8,6 +8,7 @@ pub(crate) mod left_out;
 pub(crate) mod network;
 pub(crate) mod one_fold;
 pub(crate) mod search;
+mod series_shape;
 pub(crate) mod train_fold;
 pub(crate) mod trainable;
 pub(crate) mod tuning;

@@ -6,6 +6,7 @@ use ndarray::{ArrayRef, IxDyn};
 use serde_json::{Value, json};
 use taxel_baselines::Method;
 use taxel_checkpoint::Cause;
+use taxel_data::Layout;
 use taxel_graph::{Graph, Weights};
 
 use super::card::{Card, FORMAT, ModelKind, Quantized, TrainedOn, TrainingPart};
@@ -313,7 +314,10 @@ fn check_baseline(
     if card.inputs.len() != 1 {
         return Err("a baseline reads one input; its card makes another number".into());
     }
-    if !makes(&card.inputs[0].transform.sizes(), &series) {
+    // Trees read a row of features as channels of one step.
+    let is_row = card.spec.layout == Layout::Features && series[1] == 1;
+    let made = if is_row { [1, series[0]] } else { series };
+    if !makes(&card.inputs[0].transform.sizes(), &made) {
         return Err(format!("its baseline reads series of shape {series:?}, its card makes others"));
     }
     Ok(())

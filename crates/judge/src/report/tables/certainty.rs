@@ -61,22 +61,21 @@ pub(super) fn certainty(rows: &[RowCertainty]) -> Table {
             }),
         ]);
     }
-    let groups = rows.iter().find_map(|row| row.certainty.fitted_on.groups);
-    let few = match groups {
+    let few = match rows.iter().find_map(|row| row.certainty.fitted_on.groups) {
         Some(few @ ..9) => format!(
             ". With {few} groups nothing can be promised at 90 % for a new one: what sets covered is what was seen"
         ),
         _ => String::new(),
     };
-    let blind = blind(rows);
     let caption = format!(
         "Expected calibration error in 15 bins, each part at the temperature of the others; to expect: that of a model whose \
-         probabilities are right, with as many samples{few}{blind}"
+         probabilities are right, with as many samples{few}{}",
+        blind(rows)
     );
     Table::new(table::CERTAINTY, caption, columns, rows)
 }
 
-/// Names the rows whose gates do not tell classes that nobody learned; empty where there are none.
+/// Lists the rows whose gates do not tell classes that nobody learned; empty where there are none.
 fn blind(rows: &[RowCertainty]) -> String {
     let is_blind = |row: &&RowCertainty| row.unknown.is_some_and(|unknown| unknown.auroc < CHANCE);
     let names: Vec<&str> = rows.iter().filter(is_blind).map(|row| row.network.as_str()).collect();
