@@ -2,9 +2,13 @@
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
+#[path = "support/program.rs"]
+mod program;
+
 use std::fs;
 use std::path::Path;
-use std::process::Command;
+
+use program::taxel;
 
 const CONFIG: &str = r#"
 name = "halves"
@@ -27,8 +31,8 @@ name = "lstm"
 /// Runs the experiment, and returns the status and what went to standard error.
 fn run(folder: &Path, output: &str, arguments: &[&str], simd: Option<&str>) -> (i32, String) {
     fs::write(folder.join("halves.toml"), CONFIG).unwrap();
-    let mut command = Command::new(env!("CARGO_BIN_EXE_taxel"));
-    command.current_dir(folder).args(["run", "halves.toml", "--output", output]).args(arguments);
+    let mut command = taxel(folder, &["run", "halves.toml", "--output", output]);
+    command.args(arguments);
     if let Some(simd) = simd {
         command.env("TAXEL_SIMD", simd);
     }

@@ -58,18 +58,11 @@ impl Place {
             sum.iter_mut().for_each(|sum| *sum /= (*count).max(1) as f64);
         }
         let deviations = |mean: &dyn Fn(usize) -> Vec<f64>| {
-            let mut covariance = Mat::<f64>::zeros(size, size);
-            for (row, label) in rows.iter().zip(labels) {
+            let off = rows.iter().zip(labels).map(|(row, label)| -> Vec<f64> {
                 let mean = mean(*label as usize);
-                let off: Vec<f64> =
-                    row.iter().zip(&mean).map(|(value, mean)| f64::from(*value) - mean).collect();
-                for i in 0..size {
-                    for j in 0..=i {
-                        covariance[(i, j)] += off[i] * off[j] / n;
-                    }
-                }
-            }
-            whitening(covariance, RIDGE)
+                row.iter().zip(&mean).map(|(value, mean)| f64::from(*value) - mean).collect()
+            });
+            whitening(size, off, RIDGE)
         };
         let within = deviations(&|label| sums[label].clone())?;
         let around = deviations(&|_| center.clone())?;
@@ -107,10 +100,22 @@ pub(super) fn row_product<T: Copy + Into<f64>>(triangle: &[T], i: usize, values:
     row.iter().zip(values).map(|(weight, value)| (*weight).into() * value).sum()
 }
 
-/// Returns the inverse of the Cholesky factor of a covariance, of which the lower half is given: its lower triangle row by row.
-/// The part `ridge` of the mean variance is added to every variance.
-pub(super) fn whitening(mut covariance: Mat<f64>, ridge: f64) -> Option<Vec<f64>> {
-    let size = covariance.nrows();
+/// Returns the inverse of the Cholesky factor of the covariance of `deviations`, `size` numbers each: its lower triangle row by row. The part
+/// `ridge` of the mean variance is added to every variance.
+pub(super) fn whitening(
+    size: usize,
+    deviations: impl ExactSizeIterator<Item = Vec<f64>>,
+    ridge: f64,
+) -> Option<Vec<f64>> {
+    let n = deviations.len() as f64;
+    let mut covariance = Mat::<f64>::zeros(size, size);
+    for off in deviations {
+        for i in 0..size {
+            for j in 0..=i {
+                covariance[(i, j)] += off[i] * off[j] / n;
+            }
+        }
+    }
     let mean = (0..size).map(|i| covariance[(i, i)]).sum::<f64>() / size as f64;
     if !(mean.is_finite() && mean > 0.0) {
         return None;

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeSet;
 
-use faer::Mat;
 use serde::{Deserialize, Serialize};
 use taxel_data::Layout;
 
@@ -97,8 +96,8 @@ impl Readings {
 
     /// Returns the familiarity of a sample by its readings, and by its logits where their `rank` in hundredths is known, 0.01..1.
     pub(super) fn familiarity(&self, logits: Option<usize>, summary: &[f64]) -> f32 {
-        let own = rank(&self.distances, distance(&self.center, &self.around, summary));
-        let least = logits.map_or(own, |logits| lesser(logits, own));
+        let readings = rank(&self.distances, distance(&self.center, &self.around, summary));
+        let least = logits.map_or(readings, |logits| lesser(logits, readings));
         match logits.and(self.together.get(least - 1)) {
             Some(together) => *together,
             None => least as f32 / RANKS as f32,
@@ -149,16 +148,8 @@ fn place(rows: &[&[f64]], range: f32) -> Option<(Vec<f32>, Vec<f32>)> {
         (square + (LEAST_DEVIATION * unit).powi(2)).sqrt()
     };
     let scale: Vec<f64> = (0..size).map(deviation).collect();
-    let mut covariance = Mat::<f64>::zeros(size, size);
-    for row in rows {
-        let off: Vec<f64> = (0..size).map(|k| (row[k] - mean[k]) / scale[k]).collect();
-        for i in 0..size {
-            for j in 0..=i {
-                covariance[(i, j)] += off[i] * off[j] / n;
-            }
-        }
-    }
-    let triangle = whitening(covariance, RIDGE)?;
+    let off = rows.iter().map(|row| (0..size).map(|k| (row[k] - mean[k]) / scale[k]).collect());
+    let triangle = whitening(size, off, RIDGE)?;
     let columns = (0..size).flat_map(|i| 0..=i);
     let around = triangle.iter().zip(columns).map(|(value, column)| (value / scale[column]) as f32).collect();
     Some((mean.iter().map(|value| *value as f32).collect(), around))
@@ -256,10 +247,10 @@ mod tests {
         let gate = gate.with_logits(&logits, &distances);
         gate.check().unwrap();
         let mut summary = Summary::new(Layout::Series, &SHAPE);
-        let own = |(sample, logits): (&Vec<f32>, &usize)| {
+        let is_refused = |(sample, logits): (&Vec<f32>, &usize)| {
             gate.familiarity(Some(*logits), summary.of(sample, gate.range)) <= FALSE_ALARMS
         };
-        let refused = presses(600, 2).iter().zip(&logits).map(own).filter(|refused| *refused).count();
+        let refused = presses(600, 2).iter().zip(&logits).map(is_refused).filter(|refused| *refused).count();
         assert!((10..=48).contains(&refused), "{refused} of 600");
         // Either gate is enough.
         let mut of = |sample: &Vec<f32>, logits| {
