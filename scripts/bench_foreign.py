@@ -43,7 +43,7 @@ def kinds(x, low, high, rng):
         "stuck at the first step": stuck,
         "uniform noise": rng.uniform(low, high, shape),
         "noise of the set": rng.normal(*overall, shape),
-        "noise of the sample": rng.normal(mean, spread),
+        "noise of the sample": rng.normal(mean, spread, shape),
         "ten times as strong": 10 * x,
         "a tenth as strong": x / 10,
     }
@@ -57,11 +57,16 @@ def resampled(other, shape, rng):
 
 
 def share(taxel, model, x, folder):
-    """Percent of samples that are unknown to a model."""
+    """Percent of samples that are unknown to a model; none where its encoding refuses them."""
     path = folder / "samples.npz"
     np.savez(path, x=np.asarray(x, np.float32))
-    answers = json.loads(call(taxel, "predict", model, path, "--format", "json", "--as-is"))["answers"]
-    return 100 * np.mean([answer["familiarity"] <= 0.05 for answer in answers])
+    arguments = [taxel, "predict", model, path, "--format", "json", "--as-is"]
+    run = subprocess.run(list(map(str, arguments)), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    if run.returncode == 2 and "per-sample rescaling has no range" in run.stderr:
+        return None
+    if run.returncode:
+        raise SystemExit(f"{' '.join(map(str, arguments))}: {run.stderr}")
+    return 100 * float(np.mean([answer["familiarity"] <= 0.05 for answer in json.loads(run.stdout)["answers"]]))
 
 
 def table(taxel, name, run, sets, folder):
@@ -86,7 +91,8 @@ def table(taxel, name, run, sets, folder):
         columns[row] = {kind: share(taxel, model, of_kind, folder) for kind, of_kind in samples.items()}
         print(name, row, columns[row], flush=True)
     lines = [f"| {name} | {' | '.join(f'`{row}`' for row in columns)} |", "| --- |" + " ---: |" * len(columns)]
-    lines += [f"| {kind} | {' | '.join(f'{columns[row][kind]:.0f}' for row in columns)} |" for kind in samples]
+    cell = lambda percent: "error" if percent is None else f"{percent:.0f}"
+    lines += [f"| {kind} | {' | '.join(cell(columns[row][kind]) for row in columns)} |" for kind in samples]
     return "\n".join(lines)
 
 
@@ -104,7 +110,8 @@ def main():
         "# Samples of no object\n\n"
         "Percent of samples that a shipped model answers with `unknown`, at a familiarity of 0.05 or below\n"
         f"([certainty](../certainty.md)). {COUNT} samples of each kind; known samples are of the training set. Made by\n"
-        f"`scripts/bench_foreign.py`, {version}. Sets that are not named as simulated are real recordings.\n\n" + "\n\n".join(tables) + "\n"
+        f"`scripts/bench_foreign.py`, {version}. Sets that are not named as simulated are real recordings.\n"
+        "Error: the encoding refuses such samples, with the reason.\n\n" + "\n\n".join(tables) + "\n"
     )
 
 
