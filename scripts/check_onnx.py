@@ -7,8 +7,9 @@ Needs torch, numpy, safetensors, onnx, onnxruntime and, for that column, tract.
 For each name that `taxel zoo` lists, its twin in `scripts/twin` gives names and shapes of tensors, a formula their values,
 at the published input size. `taxel export` writes the model, `onnx.checker` checks it in full, and
 `taxel forward`, onnxruntime and tract predict three samples. Then models are trained for a few epochs on simulated grasps,
-MiniRocket and ridge among them, exported with their encoding, and onnxruntime predicts raw samples; `--trained` does that
-alone and needs no torch. Ends with 1 if answers differ by more than 1e-4 of the largest, or the most likely class differs.
+MiniRocket and ridge among them, exported with their encoding, and onnxruntime predicts raw samples, foreign ones among them; `--trained` does that
+alone and needs no torch. Ends with 1 if answers differ by more than 1e-4 of the largest, or the most likely class differs, or other
+samples are unknown.
 """
 
 import argparse
@@ -152,8 +153,29 @@ TRAINED = [
 ]
 
 
+def foreign(x):
+    """Samples of dead, saturated, stuck and noisy sensors, and of others' gains, in the shape of `x`."""
+    rng, full = np.random.default_rng(5), float(x.max())
+    level = np.full_like(x[:5], full)
+    return np.concatenate([0 * level, level, 0.4 * level, rng.uniform(0, full, level.shape), 10 * x[:5], 0.1 * x[:5]]).astype(np.float32)
+
+
+def unknown(folder, x, binary):
+    """Whether samples that the file's gates and `taxel predict` find unknown are others, and how many are unknown."""
+    np.savez(folder / "all.npz", x=x)
+    call = [binary, "predict", folder / "model.safetensors", folder / "all.npz", "--as-is", "--format", "npz", "--output", folder / "all-answers.npz"]
+    run(*call)
+    answers = np.load(folder / "all-answers.npz")
+    facts = {entry.key: entry.value for entry in onnx.load(str(folder / "model.onnx")).metadata_props}
+    outputs, beyond = by_onnxruntime(folder / "model.onnx", [x]), json.loads(facts["taxel.unknown_beyond"])
+    ours = answers["unknown"]
+    theirs = np.any([outputs[name] > limit for name, limit in beyond.items()], axis=0)
+    near = np.any([abs(outputs[name] - limit) < 1e-3 * abs(limit) for name, limit in beyond.items()], axis=0)
+    return bool(((ours != theirs) & ~near).any()), f"{int(theirs.sum())} of {len(x)}"
+
+
 def trained(name, loss, signal, of_values, folder, binary):
-    """A model with its encoding: its answers to raw readings against `taxel predict`."""
+    """A model with its encoding: its answers to raw readings, and what it finds unknown, against `taxel predict`."""
     is_network = name not in ("mini-rocket", "ridge")
     config = CONFIG.replace("NETWORK", name if is_network else "mlp").replace("LOSS", loss).replace("SIGNAL", signal)
     config = config.replace("BASELINES", "[]" if is_network else f'["{name}"]')
@@ -167,7 +189,8 @@ def trained(name, loss, signal, of_values, folder, binary):
     x = np.load(folder / "new.npz")["x"].astype(np.float32)
     answers = np.load(folder / "answers.npz")
     ours, theirs = ("predicted", "values") if of_values else ("probabilities", "probabilities")
-    return difference(answers[ours], by_onnxruntime(folder / "model.onnx", [x])[theirs])
+    gap, equal = difference(answers[ours], by_onnxruntime(folder / "model.onnx", [x])[theirs])
+    return gap, equal, *unknown(folder, np.concatenate([x, foreign(x)]), binary)
 
 
 def main():
@@ -198,10 +221,10 @@ def main():
     if not args.networks:
         for name, loss, signal, of_values in TRAINED:
             with tempfile.TemporaryDirectory() as folder:
-                gap, equal = trained(name, loss, signal, of_values, pathlib.Path(folder), args.binary)
+                gap, equal, other, count = trained(name, loss, signal, of_values, pathlib.Path(folder), args.binary)
             words = f"{signal} {'values' if of_values else 'classes'}, {loss}, trained, raw readings"
-            print(f"{name:20} {words}: onnxruntime {gap:.1e}{'' if equal else ' another class'}", flush=True)
-            if not (gap <= TOLERANCE and equal):
+            print(f"{name:20} {words}: onnxruntime {gap:.1e}{'' if equal else ' another class'}, unknown {count}{', but others' if other else ''}", flush=True)
+            if not (gap <= TOLERANCE and equal) or other:
                 failed.append(f"{name} (trained)")
     if names:
         print(f"{len(names)} networks; largest differences: " + ", ".join(f"{runtime} {gap:.1e}" for runtime, gap in worst.items()))

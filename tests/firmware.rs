@@ -126,6 +126,7 @@ fn classes_leave_with_their_code_their_gate_and_what_they_take() {
     let rocket = ran.model("mini-rocket", false);
     let with = ran.has_the_same_bits(&rocket, "rocket");
     assert!(with.contains("taxel_rocket_is_unknown") && with.contains("taxel_rocket_distance"), "{with}");
+    assert!(with.contains("taxel_rocket_readings_are_unknown"), "{with}");
     let small = ran.model("resnet8-lite-1d", true);
     let with = ran.has_the_same_bits(&small, "glove");
     assert!(with.contains("#define TAXEL_GLOVE_RING_BYTES 1000u"), "{with}");
@@ -179,6 +180,7 @@ fn values_leave_with_their_intervals_and_a_short_ring() {
         let with = ran.has_the_same_bits(&model, &library);
         assert!(with.contains(&format!("taxel_{library}_intervals")), "{with}");
         assert!(with.contains("_QUANTITIES 1u") && !with.contains("_CLASSES"), "{with}");
+        assert!(with.contains(&format!("taxel_{library}_readings_are_unknown")), "{with}");
     }
     let with = header(&ran.path("deep_mlp"), "deep_mlp");
     assert!(with.contains("#define TAXEL_DEEP_MLP_RING_STEPS 33u"), "{with}");

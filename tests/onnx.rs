@@ -146,7 +146,7 @@ fn ridge_is_a_network_that_is_read_back() {
     let model =
         taxel::fit(&Candidate::baseline(taxel::Baseline::Ridge), &grasps, &Encoding::default()).unwrap();
     let exported = taxel::export(&model, &path).unwrap();
-    assert_eq!(exported.outputs, ["logits", "values"]);
+    assert_eq!(exported.outputs, ["logits", "values", "readings_distance"]);
     assert_eq!((&exported.inputs[0].shape[..], exported.inputs[0].encoded), (&[5, 50][..], None));
     let read = onnx::read(&path).unwrap();
     let raw: Vec<f32> = grasps.x.iter().copied().collect();
@@ -181,7 +181,7 @@ fn codes_histories_and_mini_rocket_take_raw_readings() {
     let rocket = Candidate::baseline(taxel::Baseline::MiniRocket { features: 420 });
     let model = taxel::fit(&rocket, &grasps, &Encoding::default()).unwrap();
     let exported = taxel::export(&model, &path).unwrap();
-    assert_eq!(exported.outputs, ["logits", "probabilities", "distance"]);
+    assert_eq!(exported.outputs, ["logits", "probabilities", "distance", "readings_distance"]);
     holds(&path, &["Greater", "ReduceSum", "ridge.weight", "taxel.classes", "raw readings"]);
     assert!(onnx::read(&path).is_err(), "comparisons are no network of taxel's");
 }

@@ -116,6 +116,11 @@ class _Fitted(BaseEstimator):
             raise NotFittedError(f"This {type(self).__name__} instance is not fitted yet; call fit before it is saved")
         self.model_.save(path)
 
+    def novelty(self, X: Any) -> np.ndarray:
+        """How unlike each sample is what was learned [samples], 0..0.99: see :meth:`Model.novelty`."""
+        X = self._read(X)
+        return self.model_.novelty(X, threads=self._threads())
+
     def __sklearn_tags__(self) -> Any:
         tags = super().__sklearn_tags__()
         tags.input_tags.two_d_array = True
@@ -146,11 +151,6 @@ class _Classes(ClassifierMixin, _Fitted):
         """Which classes are in the set of each sample [samples, classes], bool: see :meth:`Model.predict_set`."""
         X = self._read(X)
         return self.model_.predict_set(X, share, threads=self._threads())[:, self._order]
-
-    def novelty(self, X: Any) -> np.ndarray:
-        """How unlike each sample is what was learned [samples], 0..0.99: see :meth:`Model.novelty`."""
-        X = self._read(X)
-        return self.model_.novelty(X, threads=self._threads())
 
     def __sklearn_tags__(self) -> Any:
         tags = super().__sklearn_tags__()

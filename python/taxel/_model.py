@@ -129,10 +129,9 @@ class Model:
     def novelty(self, x: Any, *, threads: int | None = None) -> np.ndarray:
         """How unlike each sample is what the model has learned [samples], 0..0.99: 1 less its familiarity.
 
-        Of samples like those of the training 5 % are at 0.95 or above. Only a calibrated network, MiniRocket or SVM knows.
+        Of samples like those of the training 5 % are at 0.95 or above. Only a calibrated model of classes knows, and a model of
+        values that has intervals.
         """
-        if self.quantities:
-            raise ValueError(f"{self.name} answers values, and only models of classes know what is familiar")
         x = self._readings(x)
         familiarity = self._native.familiarity(x, threads)
         if familiarity is None:

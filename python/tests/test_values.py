@@ -161,8 +161,8 @@ def test_a_model_is_the_same_from_its_file_and_its_pickle(rocket, tmp_path):
     assert model.to_bytes() == rocket.model_.to_bytes() and model.attributes == {} and model.classes == []
     with pytest.raises(ValueError, match="no probabilities"):
         model.predict_proba(x)
-    with pytest.raises(ValueError, match="only models of classes"):
-        model.novelty(x)
+    assert (model.novelty(x) == rocket.novelty(x)).all() and rocket.novelty(x).mean() < 0.8
+    assert (rocket.novelty(np.zeros_like(x)) >= 0.95).all(), "a dead sensor is not a press without force"
 
 
 def test_the_command_line_answers_the_same(rocket, command, tmp_path):

@@ -141,6 +141,11 @@ impl Answers {
         }
     }
 
+    /// Writes the logarithm.
+    pub(crate) fn logarithm() -> String {
+        constants(&first_function(include_str!("c/temper.c")).replace("LN_COEFFICIENTS", &list(&LN)))
+    }
+
     /// Writes the functions that other parts of the library do not need: softmax, temperature.
     pub(crate) fn helpers(&self) -> String {
         match self {
@@ -172,8 +177,13 @@ impl Answers {
         }
     }
 
-    /// Writes the part of the test that predicts samples.
-    pub(crate) fn check(&self) -> String {
+    /// Writes the part of the test that predicts samples, and measures their readings where there is a gate of them.
+    pub(crate) fn check(&self, has_readings: bool) -> String {
+        let readings = if has_readings { include_str!("c/answers/check_readings.c") } else { "" };
+        self.check_answers().replace("        @readings@\n", readings)
+    }
+
+    fn check_answers(&self) -> String {
         match self {
             Answers::Classes { gate, .. } => {
                 let gate = gate.as_ref().map_or("", |_| include_str!("c/answers/check_gate.c"));

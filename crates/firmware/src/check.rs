@@ -131,6 +131,12 @@ fn samples(library: &Library) -> String {
         text +=
             &table("uint32_t", "expected_unknown", &unknown.into_iter().map(u32::from).collect::<Vec<_>>());
     }
+    if !library.expected.readings.is_empty() {
+        let (distances, unknown): (Vec<f32>, Vec<bool>) = library.expected.readings.iter().copied().unzip();
+        let unknown: Vec<u32> = unknown.into_iter().map(u32::from).collect();
+        text += &table("uint32_t", "expected_far", &bits(&distances));
+        text += &table("uint32_t", "expected_strange", &unknown);
+    }
     if library.answers.has_intervals() {
         let [low, high] = &library.expected.ends;
         text += &table("uint32_t", "expected_low", &bits(low));

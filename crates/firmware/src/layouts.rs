@@ -10,13 +10,14 @@ pub(crate) fn layouts(library: &Library, size: &Size) -> Vec<CFile> {
     let rate = if library.rate.is_some() { "" } else { "; the model does not say it" };
     let unit = library.unit.as_ref().map_or(String::new(), |unit| format!(", in {}", one_line(unit)));
     let remarks = library.remarks.iter().map(|remark| format!("\n{remark}\n")).collect::<String>();
+    let readings = library.readings.as_ref().map_or("", |_| include_str!("folder/use_readings.md"));
     let more = [
         ("@model@", model.clone()),
         ("@period@", period.to_string()),
         ("@rate@", rate.into()),
         ("@unit@", unit),
         ("@answer_row@", library.answers.row()),
-        ("@use@", library.answers.use_of()),
+        ("@use@", library.answers.use_of() + readings),
         ("@print@", library.answers.example().into()),
         ("@samples@", library.samples.count.to_string()),
         ("@about@", library.about.trim_end().replace("```", "'''")),

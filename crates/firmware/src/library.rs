@@ -6,6 +6,7 @@ use crate::answers::Answers;
 use crate::encoding::Encoding;
 use crate::linear::Linear;
 use crate::literals::{comment, identifier};
+use crate::readings::ReadingsGate;
 use crate::samples::Samples;
 use crate::size::Size;
 
@@ -26,6 +27,8 @@ pub struct Library<'a> {
     pub sample: [usize; 2],
     /// Its answers.
     pub answers: Answers,
+    /// Whether the readings of a sample are like those of the training; none of a model that does not say it.
+    pub readings: Option<ReadingsGate>,
     /// The card of the model, for the README.
     pub about: String,
     /// Remarks for the README: what the model does and the C does not.
@@ -60,6 +63,8 @@ pub struct Expected {
     pub ends: [Vec<f32>; 2],
     /// The distance of each sample, and whether it is unknown; empty of a model without a gate.
     pub gate: Vec<(f32, bool)>,
+    /// The same of the readings; empty of a model without a gate of readings.
+    pub readings: Vec<(f32, bool)>,
 }
 
 /// A file of the folder.
@@ -89,6 +94,7 @@ impl<'a> Library<'a> {
             encoding,
             sample,
             answers,
+            readings: None,
             about: String::new(),
             remarks: vec![],
             unit: None,

@@ -1,11 +1,13 @@
 //! The folder of C: its files, and how much memory the code needs.
 
+use crate::answers::Answers;
 use crate::body::Body;
 use crate::check::Check;
 use crate::cores::Core;
 use crate::error::{Error, Result};
 use crate::layouts::layouts;
 use crate::library::{CFile, Library, Method};
+use crate::readings::ReadingsGate;
 use crate::size::Size;
 use crate::source::address;
 
@@ -55,7 +57,7 @@ impl Library<'_> {
                     "@digest@",
                     if check.calls.is_empty() { "" } else { include_str!("c/check/digest.c") }.into(),
                 ),
-                ("@check_samples@", self.answers.check()),
+                ("@check_samples@", self.answers.check(self.readings.is_some())),
                 ("@checks@", check.checks.replace("@NAME@", &name.to_uppercase())),
                 ("@check_calls@", check.calls),
             ],
@@ -87,9 +89,10 @@ impl Library<'_> {
     }
 
     fn measured(&self, body: &Body) -> Size {
-        let Library { encoding, answers, sample, .. } = self;
-        let tables = body.table_bytes + answers.table_bytes() + encoding.table_bytes();
-        let code = body.code_bytes + answers.code_bytes() + encoding.code_bytes();
+        let Library { encoding, answers, sample, readings, .. } = self;
+        let of_readings = readings.as_ref().map_or([0; 2], |gate| [gate.table_bytes(), gate.code_bytes()]);
+        let tables = body.table_bytes + answers.table_bytes() + encoding.table_bytes() + of_readings[0];
+        let code = body.code_bytes + answers.code_bytes() + encoding.code_bytes() + of_readings[1];
         Size {
             tables,
             flash: tables + code,
@@ -100,20 +103,33 @@ impl Library<'_> {
     }
 
     fn header(&self, size: &Size) -> String {
-        self.filled(include_str!("c/library.h"), size, &[("@api@", self.answers.header())])
+        let readings = self.readings.as_ref().map_or("", |_| include_str!("c/answers/readings.h"));
+        self.filled(include_str!("c/library.h"), size, &[("@api@", self.answers.header() + readings)])
     }
 
     fn source(&self, body: &Body, size: &Size) -> String {
         let stage = &body.stage;
+        let mut helpers = self.answers.helpers();
+        if self.readings.is_some() {
+            // What the gate of readings computes with, unless it stands there already.
+            for (function, text) in
+                [("float logarithm(", Answers::logarithm()), ("float root(", include_str!("c/root.c").into())]
+            {
+                if !helpers.contains(function) && !body.kernels.contains(function) {
+                    helpers += &text;
+                }
+            }
+        }
+        let of_readings = self.readings.as_ref().map_or(String::new(), ReadingsGate::text);
         let reading = if stage.scales.is_some() { "int8_t" } else { "float" };
         self.filled(
             include_str!("c/library.c"),
             size,
             &[
-                ("@kernels@", format!("{}\n{}", body.kernels, self.answers.helpers())),
+                ("@kernels@", format!("{}\n{helpers}", body.kernels)),
                 ("@tables@", body.tables.clone()),
                 ("@calls@", body.calls.clone()),
-                ("@answers@", self.answers.source()),
+                ("@answers@", self.answers.source() + &of_readings),
                 ("@encoding@", self.encoding.text(stage, self.sample)),
                 ("@reading@", reading.into()),
                 ("@stage_to@", body.stage_at.to_string()),

@@ -28,6 +28,7 @@ mod proto;
 pub use error::{Cause, Error, Result};
 pub use export::{
     Code, CodeRow, DISTANCE, DISTANCES, Export, Front, FrontStep, GatePlace, IR_VERSION, OPSET,
-    PROBABILITIES, QUANTITIES, RocketConv, RocketFeatures, TEMPERATURE, VALUES, to_bytes, write,
+    PROBABILITIES, QUANTITIES, READINGS_DISTANCE, ReadingsPlace, RocketConv, RocketFeatures, TEMPERATURE,
+    UNKNOWN_BEYOND, VALUES, to_bytes, write,
 };
 pub use import::{Imported, from_bytes, read};

@@ -70,7 +70,7 @@ pub struct Decision<'a> {
     pub familiarity: Option<f32>,
     /// Whether it is unlike those that the model has learned from.
     pub is_unknown: bool,
-    /// The interval of each value at the share that was asked for; empty of classes and without intervals.
+    /// The interval of each value at the share that was asked for; empty of classes, without intervals and of an unknown window.
     pub intervals: &'a [[f32; 2]],
     prediction: std::result::Result<&'a [f32], taxel_learn::Error>,
 }
@@ -273,7 +273,8 @@ impl Decider {
         self.probabilities.copy_from_slice(predicted);
         self.familiarity = self.predictor.familiarity(&mut self.workspace, seen);
         self.intervals.clear();
-        if let Some(share) = self.share {
+        // No share of intervals holds for a window that is unlike those that they were fitted to.
+        if let Some(share) = self.share.filter(|_| !self.is_unknown()) {
             let of_quantity = |at| self.predictor.interval(&self.workspace, at, share);
             self.intervals.extend((0..self.probabilities.len()).filter_map(of_quantity));
         }

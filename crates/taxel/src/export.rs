@@ -7,11 +7,11 @@ use taxel_baselines::{Dilated, Fitted, LinearFeatures, LinearModel};
 use taxel_data::{Layout, SampleSpec};
 use taxel_encodings::{CodeView, QuantileCode, Scaling, TactileTensor};
 use taxel_graph::{Graph, Loss, Network, Tensor, Weights};
-use taxel_learn::certainty::{Place, Seen};
+use taxel_learn::certainty::{Axes, FALSE_ALARMS, Place, Seen};
 use taxel_learn::{Card, Model, ModelKind, Transform};
 use taxel_onnx::{
     Code, CodeRow, DISTANCE, DISTANCES, Export, Front, FrontStep, GatePlace, PROBABILITIES, QUANTITIES,
-    RocketConv, RocketFeatures, TEMPERATURE, VALUES,
+    READINGS_DISTANCE, ReadingsPlace, RocketConv, RocketFeatures, TEMPERATURE, UNKNOWN_BEYOND, VALUES,
 };
 
 use crate::error::{Error, Result};
@@ -94,6 +94,11 @@ fn written(
         readings.push(reading);
     }
     let gate = card.certainty.as_ref().and_then(|certainty| certainty.seen.as_ref());
+    // Readings are judged where the first input takes them as the sensor gives them.
+    let takes_raw =
+        readings.first().and_then(Option::as_ref).is_some_and(|front| front.shape == card.spec.shape);
+    let readings_gate = readings_place(card).filter(|_| takes_raw);
+    let has_readings = readings_gate.is_some();
     let quantities = card.task.quantities();
     let of_classes = loss.unwrap_or(Loss::SoftmaxCrossEntropy);
     let export = Export {
@@ -102,9 +107,10 @@ fn written(
         temperature: card.certainty.as_ref().map(|certainty| certainty.temperature),
         sizes: card.levels().sizes().to_vec(),
         gate: gate.map_or(vec![], places),
+        readings_gate,
         readings,
         about: card.to_string(),
-        facts: facts(card, loss, &inputs),
+        facts: facts(card, loss, &inputs, has_readings),
         ..Export::new(graph, weights)
     };
     taxel_onnx::write(path, &export)?;
@@ -115,6 +121,9 @@ fn written(
     }
     if gate.is_some() && !outputs.iter().any(|name| name == DISTANCE) {
         outputs.push(DISTANCE.into());
+    }
+    if has_readings && !outputs.iter().any(|name| name == READINGS_DISTANCE) {
+        outputs.push(READINGS_DISTANCE.into());
     }
     Ok(Exported { inputs, outputs })
 }
@@ -186,8 +195,22 @@ fn places(gate: &Seen) -> Vec<GatePlace> {
     gate.places.iter().map(place).collect()
 }
 
+/// Returns a gate of readings as ONNX computes it.
+fn readings_place(card: &Card) -> Option<ReadingsPlace> {
+    let gate = card.readings_gate()?;
+    let Axes { channels, steps, by_step, has_time } = Axes::new(card.spec.layout, &card.spec.shape);
+    let (center, around) = (gate.center.clone(), gate.around.clone());
+    let steps_first = by_step > 1;
+    Some(ReadingsPlace { channels, steps, steps_first, has_time, floor: gate.floor(), center, around })
+}
+
 /// Returns facts for programs that run the file, as `metadata_props`.
-fn facts(card: &Card, loss: Option<Loss>, inputs: &[ExportedInput]) -> Vec<(String, String)> {
+fn facts(
+    card: &Card,
+    loss: Option<Loss>,
+    inputs: &[ExportedInput],
+    has_readings: bool,
+) -> Vec<(String, String)> {
     let SampleSpec { unit, rate, full_scale, .. } = &card.spec;
     let classes = match &card.task.attributes()[..] {
         [] => json!(card.task.quantities()),
@@ -217,6 +240,13 @@ fn facts(card: &Card, loss: Option<Loss>, inputs: &[ExportedInput]) -> Vec<(Stri
     facts.extend(temperature.map(|temperature| (TEMPERATURE.to_string(), temperature)));
     let gate = card.certainty.as_ref().and_then(|certainty| certainty.seen.as_ref());
     facts.extend(gate.map(|gate| (DISTANCES.to_string(), json!(gate.distances).to_string())));
+    // Of logits alone where the file does not take raw readings.
+    let alone = || [gate.and_then(|gate| gate.limit(FALSE_ALARMS)), None];
+    let limits = if has_readings { card.unknown_beyond(FALSE_ALARMS) } else { alone() };
+    let limits = [DISTANCE, READINGS_DISTANCE].into_iter().zip(limits);
+    let limits: serde_json::Map<_, _> =
+        limits.filter_map(|(name, limit)| Some((name.to_string(), json!(limit?)))).collect();
+    facts.extend((!limits.is_empty()).then(|| (UNKNOWN_BEYOND.to_string(), json!(limits).to_string())));
     facts.extend(unit.iter().map(|unit| ("taxel.unit".to_string(), unit.clone())));
     facts.extend(rate.iter().map(|rate| ("taxel.rate_hz".to_string(), rate.to_string())));
     facts.extend(full_scale.iter().map(|full| ("taxel.full_scale".to_string(), full.to_string())));

@@ -7,11 +7,11 @@ use taxel_baselines::{Fitted, LinearFeatures, LinearModel};
 use taxel_data::{Layout, SampleSpec, Task};
 use taxel_encodings::Scaling;
 use taxel_firmware::{
-    Answers, Encoding, Expected, Features, Gate, Library, Linear, Method, Quantity, Samples, Size, Spread,
-    write_folder,
+    Answers, Encoding, Expected, Features, Gate, Library, Linear, Method, Quantity, ReadingsGate, Samples,
+    Size, Spread, write_folder,
 };
 use taxel_graph::{Graph, Loss};
-use taxel_learn::certainty::{FALSE_ALARMS, Place, Seen};
+use taxel_learn::certainty::{Axes, FALSE_ALARMS, Place, Readings, Seen};
 use taxel_learn::{Card, Model, ModelKind, Transform};
 use taxel_runtime::Blueprint;
 
@@ -82,6 +82,7 @@ pub(crate) fn with_library<T>(
         model: card.name.clone(),
         about: card.to_string(),
         remarks: remarks(card, &answers),
+        readings: readings(card),
         unit: unit.clone(),
         rate: *rate,
         ..Library::new(name, method, (encoding, sample), answers, samples, expected)
@@ -192,11 +193,27 @@ fn answers(card: &Card) -> Result<Answers> {
 fn gate(card: &Card) -> Option<Gate> {
     let seen = card.certainty.as_ref()?.seen.as_ref()?;
     let [Place { center, within, around, means }] = &seen.places[..] else { return None };
-    // The familiarity is (n + 1) hundredths where n of the hundred distances are as far.
-    let rank = (100.0 * FALSE_ALARMS).round() as usize;
-    let limit = *seen.distances.get(rank.checked_sub(1)?)?;
+    let limit = card.unknown_beyond(FALSE_ALARMS)[0]?;
     let [center, within, around, means] = [center, within, around, means].map(Vec::clone);
     Some(Gate { center, within, around, means, limit })
+}
+
+/// Returns the gate of the readings of a model, if it has one.
+fn readings(card: &Card) -> Option<ReadingsGate> {
+    let gate = card.readings_gate()?;
+    let Axes { channels, steps, by_step, has_time } = Axes::new(card.spec.layout, &card.spec.shape);
+    let (center, around) = (gate.center.clone(), gate.around.clone());
+    let [_, limit] = card.unknown_beyond(FALSE_ALARMS);
+    Some(ReadingsGate {
+        channels,
+        steps,
+        by_step,
+        has_time,
+        floor: gate.floor(),
+        center,
+        around,
+        limit: limit?,
+    })
 }
 
 /// Returns the encoding as C does it; none where it does not.
@@ -245,17 +262,35 @@ fn expected(model: &Model, samples: &Samples) -> Result<Expected> {
         ends[0].push(low);
         ends[1].push(high);
     }
-    let mut scratch = vec![];
+    let (mut scratch, limits) = (vec![], card.unknown_beyond(FALSE_ALARMS));
+    let is_beyond =
+        |distance: f64, limit: Option<f32>| limit.is_some_and(|limit| distance > f64::from(limit));
     let mut measured = |seen: &Seen| -> Vec<(f32, bool)> {
         let rows = outputs.chunks_exact(card.task.outputs());
         let mut of_row = |row: &[f32]| {
-            let is_unknown = seen.familiarity(row, 1.0, &mut scratch) <= Some(FALSE_ALARMS);
-            (seen.distance(row, &mut scratch) as f32, is_unknown)
+            let distance = seen.distance(row, &mut scratch);
+            (distance as f32, is_beyond(distance, limits[0]))
         };
         rows.map(&mut of_row).collect()
     };
     let gate = seen.map_or(vec![], &mut measured);
-    Ok(Expected { outputs, answers: predictions.outputs, ends, gate })
+    let of_readings = |gate: &Readings| -> Vec<(f32, bool)> {
+        let values = samples.values();
+        let each = (values.len() / samples.count.max(1)).max(1);
+        let of_sample = |sample: &[f32]| {
+            let distance = gate.distance_of(sample, card.spec.layout, &card.spec.shape);
+            (distance, is_beyond(f64::from(distance), limits[1]))
+        };
+        values.chunks_exact(each).map(of_sample).collect()
+    };
+    let readings = card.readings_gate().filter(|_| limits[1].is_some()).map_or(vec![], of_readings);
+    // Both gates together refuse what `predict` calls unknown.
+    if let Some(familiarity) = &predictions.familiarity {
+        let is_unknown =
+            |i: usize| [&gate, &readings].iter().any(|gate| gate.get(i).is_some_and(|(_, far)| *far));
+        debug_assert!((0..samples.count).all(|i| is_unknown(i) == (familiarity[i] <= FALSE_ALARMS)));
+    }
+    Ok(Expected { outputs, answers: predictions.outputs, ends, gate, readings })
 }
 
 fn remarks(card: &Card, answers: &Answers) -> Vec<String> {
@@ -267,9 +302,6 @@ fn remarks(card: &Card, answers: &Answers) -> Vec<String> {
     let has_gate = card.certainty.as_ref().is_some_and(|certainty| certainty.seen.is_some());
     if has_gate && !matches!(answers, Answers::Classes { gate: Some(_), .. }) {
         remarks.push("The model's gate is not in the C: it does not say whether a sample is like those of the training.".into());
-    }
-    if card.certainty.as_ref().is_some_and(|certainty| certainty.readings.is_some()) {
-        remarks.push("The gate of readings is not in the C: dead channels and noise are told by the logits alone, if at all.".into());
     }
     if card.spec.length.is_some() || card.spec.tare.is_some() {
         remarks.push(

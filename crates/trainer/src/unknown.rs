@@ -63,7 +63,8 @@ impl Runner<'_> {
                     trainings.push(found);
                 }
                 let groups = dataset.groups.as_deref().filter(|_| config.protocol.keeps_groups());
-                of_row.draws.extend(UnknownDraw::of(&trainings, classes.len(), groups));
+                let raw = (dataset.spec.layout, &*dataset.x);
+                of_row.draws.extend(UnknownDraw::of(&trainings, classes.len(), groups, raw));
             }
             scores.push(of_row);
         }

@@ -1,8 +1,8 @@
-//! Temperature and gate of each fold, fitted to the other folds.
+//! Temperature and gates of each fold, fitted to the other folds.
 
 use std::collections::BTreeMap;
 
-use taxel_learn::certainty::Seen;
+use taxel_learn::certainty::Gates;
 
-/// Temperature and gate by row and fold.
-pub(super) type Apart = BTreeMap<(String, u32), (f64, Option<Seen>)>;
+/// Temperature and gates by row and fold.
+pub(super) type Apart = BTreeMap<(String, u32), (f64, Gates)>;

@@ -57,7 +57,9 @@ pub(super) fn apart(case: &Case, names: &[&str], most: usize, threads: usize) ->
         let Some(none) = no_samples(case, name)? else { return Ok(all) };
         let mut whole = vec![none];
         gather(case, (name, most), threads, &mut whole, &|clean| vec![clean.clone()])?;
-        let of_folds = whole.iter().flat_map(|held| fitted_apart(held, &case.levels()));
+        let raw = (case.dataset.spec.layout, &*case.dataset.x);
+        let (levels, keeps_groups) = (case.levels(), case.results.protocol.keeps_groups());
+        let of_folds = whole.iter().flat_map(|held| fitted_apart(held, raw, &levels, keeps_groups));
         all.extend(of_folds.map(|(fold, fitted)| ((name.to_string(), fold), fitted)));
     }
     Ok(all)

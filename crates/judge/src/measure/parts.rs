@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use ndarray::{ArrayD, Axis};
 use rayon::prelude::*;
-use taxel_data::Targets;
+use taxel_data::{Layout, Targets};
 use taxel_faults::{Fault, Sensor};
-use taxel_learn::certainty::{FALSE_ALARMS, Seen, answers, tempered};
+use taxel_learn::certainty::{FALSE_ALARMS, Gates, answers, tempered};
 use taxel_learn::guard::{Guard, ReplacedElement};
 use taxel_learn::metrics::{Levels, Outcome};
 use taxel_learn::{FoldKey, FoldRecord, Predictor, mended};
@@ -68,8 +68,14 @@ pub(super) struct SureCount {
 }
 
 impl SureCount {
-    fn of(outputs: &RawOutputs, outcome: &Outcome, levels: &Levels, apart: &(f64, Option<Seen>)) -> Self {
-        let (temperature, gate) = apart;
+    /// Counts the answers for samples `x`, as the model reads them, at a temperature, and what gates refuse of them.
+    fn of(
+        outputs: &RawOutputs,
+        outcome: &Outcome,
+        levels: &Levels,
+        (temperature, gates): &(f64, Gates),
+        x: (Layout, &ArrayD<f32>),
+    ) -> Self {
         let (truth, _) = outcome.labels();
         let mut probabilities = outputs.outputs.clone();
         tempered(&mut probabilities, levels.sizes(), *temperature);
@@ -83,13 +89,9 @@ impl SureCount {
                 count.right += usize::from(is_sure && is_right);
             }
         }
-        let mut scratch = vec![];
-        count.unknown = gate.as_ref().map(|gate| {
-            let rows = outputs.logits.chunks_exact(levels.outputs().max(1)).enumerate();
-            let mut is_unknown = |(at, row): &(usize, &[f32])| {
-                outputs.refused.contains(at) || gate.familiarity(row, 1.0, &mut scratch) <= Some(FALSE_ALARMS)
-            };
-            (rows.filter(|row| is_unknown(row)).count(), outputs.logits.len() / levels.outputs().max(1))
+        count.unknown = gates.familiarities(&outputs.logits, (x.0, x.1)).map(|familiarity| {
+            let is_unknown = |at: &usize| outputs.refused.contains(at) || familiarity[*at] <= FALSE_ALARMS;
+            ((0..familiarity.len()).filter(is_unknown).count(), familiarity.len())
         });
         count
     }
@@ -221,17 +223,21 @@ impl PartModels {
                 _ => None,
             };
             let fitted = apart.get(&(key.network.clone(), part.fold as u32));
-            let of = |outputs: RawOutputs| {
+            let layout = case.dataset.spec.layout;
+            let of = |(outputs, x): (RawOutputs, &ArrayD<f32>)| {
                 let outcome = outcome(&case.dataset.targets, part, outputs.clone());
                 PartOutcome {
                     network: key.network.clone(),
                     fold: part.fold,
                     broken,
                     refused: outputs.refused.len(),
-                    sure: fitted.map(|fitted| SureCount::of(&outputs, &outcome, &case.levels(), fitted)),
+                    sure: fitted
+                        .map(|fitted| SureCount::of(&outputs, &outcome, &case.levels(), fitted, (layout, x))),
                     outcome,
                 }
             };
+            let without = without.map(|outputs| (outputs, x));
+            let with = with.zip(behind.as_ref().map(|(mended, _)| mended));
             let (saved, other) = if *is_guarded { (with, without) } else { (without, with) };
             outcomes.saved.extend(saved.map(of));
             outcomes.other.extend(other.map(of));

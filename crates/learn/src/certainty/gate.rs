@@ -5,41 +5,121 @@ use taxel_data::Layout;
 
 use crate::certainty::fitted::{Certainty, HeldOutParts};
 use crate::certainty::held_out::HeldOut;
-use crate::certainty::readings::{HeldReadings, Readings};
-use crate::certainty::seen::RANKS;
+use crate::certainty::place::Place;
+use crate::certainty::readings::Readings;
+use crate::certainty::seen::{RANKS, Seen};
+use crate::certainty::summary::Summary;
 use crate::metrics::Levels;
 
 /// Parts that samples or groups are divided into, each held out from the others.
 const PARTS: u32 = 5;
 
+/// Divides samples, positions in a data set, into parts: their `groups` stay together where there are several.
+pub(super) fn apart(rows: &[usize], groups: Option<&[u32]>) -> Vec<u32> {
+    match groups.filter(|groups| groups.iter().any(|group| *group != groups[0])) {
+        Some(groups) => groups.iter().map(|group| group % PARTS).collect(),
+        None => rows.iter().map(|row| *row as u32 % PARTS).collect(),
+    }
+}
+
+/// Both gates of a model.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Gates {
+    /// Of logits; none of methods without any.
+    pub seen: Option<Seen>,
+    /// Of readings.
+    pub readings: Option<Readings>,
+}
+
+impl Gates {
+    /// Fits both to held-out samples, rows of the raw samples `x` `[n, ..]` of that layout; where a split keeps groups together,
+    /// `keeps_groups`. What has too few samples is left out. Logits are measured from `own`, the places of the model that gets the gates, where
+    /// logits of two trainings do not lie in the same place.
+    pub fn fit(
+        held: &HeldOut,
+        raw: (Layout, &ArrayRef<f32, IxDyn>),
+        levels: &Levels,
+        keeps_groups: bool,
+        own: Option<&Vec<Place>>,
+    ) -> Self {
+        let held = &held.divided();
+        let seen = Seen::fit(held, levels);
+        let readings = Self::readings(held, seen.as_ref(), raw, levels, keeps_groups);
+        let placed = |seen: Seen| match (seen.places.is_empty(), own) {
+            (true, own) => Some(Seen { places: own?.clone(), ..seen }),
+            (false, _) => Some(seen),
+        };
+        Gates { seen: seen.and_then(placed), readings }
+    }
+
+    /// Fits the gate of readings beside that of logits.
+    fn readings(
+        held: &HeldOut,
+        seen: Option<&Seen>,
+        raw: (Layout, &ArrayRef<f32, IxDyn>),
+        levels: &Levels,
+        keeps_groups: bool,
+    ) -> Option<Readings> {
+        let groups = held.groups.as_deref().filter(|_| keeps_groups);
+        let (gate, distances) = Readings::of_rows(&held.rows, &apart(&held.rows, groups), raw)?;
+        let by_logits = seen.and_then(|seen| seen.ranks_of(held, levels));
+        Some(match by_logits {
+            Some(ranks) => gate.with_logits(&ranks, &distances),
+            None => gate,
+        })
+    }
+
+    /// Returns the familiarity of each of the raw samples `x` `[n, ..]` of that layout, whose `logits` `[n, outputs]` are those of a model;
+    /// empty where it gives none. Nothing without a gate.
+    pub fn familiarities(
+        &self,
+        logits: &[f32],
+        (layout, x): (Layout, &ArrayRef<f32, IxDyn>),
+    ) -> Option<Vec<f32>> {
+        let x = x.as_standard_layout();
+        let (shape, values) = (x.shape(), x.as_slice()?);
+        let (n, each) = (*shape.first()?, shape[1..].iter().product::<usize>());
+        let width = logits.len() / n.max(1);
+        let mut summary = self.readings.as_ref().map(|gate| (Summary::new(layout, &shape[1..]), gate.range));
+        let mut scratch = vec![];
+        let mut of_sample = |at: usize| {
+            let logits = logits.get(at * width..(at + 1) * width).filter(|logits| !logits.is_empty());
+            let sample = &values[at * each..(at + 1) * each];
+            let summary = summary.as_mut().map(|(summary, range)| summary.of(sample, *range));
+            familiarity(self.seen.as_ref(), self.readings.as_ref(), logits, summary, 1.0, &mut scratch)
+        };
+        (0..n).map(&mut of_sample).collect()
+    }
+}
+
+/// Returns the familiarity of a sample by both gates, as far as they are there.
+fn familiarity(
+    seen: Option<&Seen>,
+    readings: Option<&Readings>,
+    logits: Option<&[f32]>,
+    summary: Option<&[f32]>,
+    share: f64,
+    scratch: &mut Vec<f64>,
+) -> Option<f32> {
+    let rank = logits.and_then(|logits| seen?.rank(logits, share, scratch));
+    match (readings, summary) {
+        (Some(readings), Some(summary)) if share >= 1.0 => Some(readings.familiarity(rank, summary)),
+        _ => rank.map(|rank| rank as f32 / RANKS as f32),
+    }
+}
+
 impl Certainty {
-    /// Fits the gate of readings to the held-out samples, rows of the raw samples `x` `[n, ..]` of that layout. What has too few samples is left out.
-    /// Follows [`Certainty::with_logits`].
+    /// Fits the gate of readings to the held-out samples, rows of the raw samples `x` `[n, ..]` of that layout. What has too few
+    /// samples is left out. Follows [`Certainty::with_logits`].
     pub fn with_readings(
         self,
         held: &HeldOut,
-        (layout, x): (Layout, &ArrayRef<f32, IxDyn>),
+        raw: (Layout, &ArrayRef<f32, IxDyn>),
         levels: &Levels,
     ) -> Self {
-        let held = &held.divided();
-        let x = x.as_standard_layout();
-        let (shape, values) = (x.shape().get(1..).unwrap_or_default(), x.as_slice().unwrap_or_default());
-        let each = shape.iter().product::<usize>();
-        let samples = held.rows.iter().map(|row| values.get(row * each..(row + 1) * each));
-        let Some(samples) = samples.collect::<Option<Vec<_>>>().filter(|_| each > 0) else { return self };
         let keeps_groups = self.fitted_on.parts == HeldOutParts::Groups;
-        let groups = held.groups.clone().filter(|_| keeps_groups);
-        let apart = match groups.filter(|groups| groups.iter().any(|group| *group != groups[0])) {
-            Some(groups) => groups.iter().map(|group| group % PARTS).collect(),
-            None => held.rows.iter().map(|row| *row as u32 % PARTS).collect(),
-        };
-        let fitted = Readings::fit(&HeldReadings { of: (layout, shape), samples, apart });
-        let Some((gate, distances)) = fitted else { return self };
-        let by_logits = self.seen.as_ref().and_then(|seen| seen.ranks_of(held, levels));
-        let readings = match by_logits {
-            Some(ranks) => gate.with_logits(&ranks, &distances),
-            None => gate,
-        };
+        let fitted = Gates::readings(&held.divided(), self.seen.as_ref(), raw, levels, keeps_groups);
+        let Some(readings) = fitted else { return self };
         Certainty { readings: Some(readings), ..self }
     }
 
@@ -54,14 +134,10 @@ impl Certainty {
     pub(crate) fn familiarity(
         &self,
         logits: Option<&[f32]>,
-        summary: Option<&[f64]>,
+        summary: Option<&[f32]>,
         seen: f64,
         scratch: &mut Vec<f64>,
     ) -> Option<f32> {
-        let rank = logits.and_then(|logits| self.seen.as_ref()?.rank(logits, seen, scratch));
-        match (&self.readings, summary) {
-            (Some(readings), Some(summary)) if seen >= 1.0 => Some(readings.familiarity(rank, summary)),
-            _ => rank.map(|rank| rank as f32 / RANKS as f32),
-        }
+        familiarity(self.seen.as_ref(), self.readings.as_ref(), logits, summary, seen, scratch)
     }
 }

@@ -3,11 +3,14 @@
 use std::collections::BTreeSet;
 use std::fmt::{self, Display, Formatter};
 
+use ndarray::{ArrayRef, IxDyn};
 use serde::{Deserialize, Serialize};
-use taxel_data::Dataset;
+use taxel_data::{Dataset, Layout};
 
 use crate::certainty::fitted::{FittedOn, HeldOutParts};
+use crate::certainty::gate::apart;
 use crate::certainty::held_out::{LEAST, conformal_rank, large_groups};
+use crate::certainty::readings::Readings;
 use crate::certainty::sets::SHARES;
 use crate::metrics::Outcome;
 use crate::run::records::FoldRecord;
@@ -25,6 +28,8 @@ pub struct HeldOutValues {
     pub spread: Vec<f32>,
     /// The part of the split that each sample was tested in, `[n]`.
     pub parts: Vec<u32>,
+    /// The position of each sample in the data set, `[n]`; empty where that is not known.
+    pub rows: Vec<usize>,
     /// The group of each sample, `[n]`; none without groups.
     pub groups: Option<Vec<u32>>,
 }
@@ -44,6 +49,7 @@ impl HeldOutValues {
             held.predicted.extend(predicted);
             held.spread.extend(spread);
             held.parts.extend(record.index.iter().map(|_| part as u32));
+            held.rows.extend(&record.index);
             if let (Some(held), Some(groups)) = (&mut held.groups, &dataset.groups) {
                 held.extend(record.index.iter().map(|row| groups[*row]));
             }
@@ -85,6 +91,10 @@ pub struct Intervals {
     pub fitted_on: FittedOn,
     /// At 80, 90, 95 and 99 %, as far as there are enough predictions.
     pub at: Vec<IntervalAt>,
+    /// Whether the readings of a sample are like those that were learned; none where they were too few, or all equal. No interval
+    /// holds what it says for others.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub readings: Option<Readings>,
 }
 
 /// Intervals that hold the true value in one share of samples.
@@ -114,7 +124,15 @@ impl Intervals {
         let errors: Vec<Vec<f64>> = (0..held.quantities).map(|quantity| held.errors(quantity)).collect();
         let fitted_on = FittedOn::of(held.len(), held.groups.as_deref(), parts, digest);
         let at = SHARES.into_iter().filter_map(|share| IntervalAt::fit(held, &errors, share)).collect();
-        Some(Intervals { fitted_on, at })
+        Some(Intervals { fitted_on, at, readings: None })
+    }
+
+    /// Fits the gate of readings to the held-out samples, rows of the raw samples `x` `[n, ..]` of that layout. What has too few
+    /// samples is left out.
+    pub fn with_readings(self, held: &HeldOutValues, (layout, x): (Layout, &ArrayRef<f32, IxDyn>)) -> Self {
+        let groups = held.groups.as_deref().filter(|_| self.fitted_on.parts == HeldOutParts::Groups);
+        let fitted = Readings::of_rows(&held.rows, &apart(&held.rows, groups), (layout, x));
+        Intervals { readings: fitted.map(|(gate, _)| gate), ..self }
     }
 
     /// Widens the intervals by so much of each quantity, in its unit; of a model that says how far off it may be, in that.
@@ -203,7 +221,9 @@ impl Display for Intervals {
         write!(f, "; those of 90 % covered {:.1} %", 100.0 * covered)?;
         worst_group.map_or(Ok(()), |worst| write!(f, ", {:.1} in the worst group", 100.0 * worst))?;
         let widths: Vec<String> = width.iter().map(|width| format!("{width:.3}")).collect();
-        write!(f, ", mean width {}", widths.join(" and "))
+        write!(f, ", mean width {}", widths.join(" and "))?;
+        let gate = if self.readings.is_some() { "says unknown" } else { "does not say unknown" };
+        write!(f, "; {gate}")
     }
 }
 
@@ -223,7 +243,15 @@ mod tests {
         let truth = predicted.iter().enumerate().map(|(row, value)| value + sd(row) * normal()).collect();
         let spread = if says { (0..samples).flat_map(|row| [sd(row); 2]).collect() } else { vec![] };
         let parts: Vec<u32> = (0..samples as u32).map(|row| row % 5).collect();
-        HeldOutValues { quantities: 1, truth, predicted, spread, groups: Some(parts.clone()), parts }
+        HeldOutValues {
+            quantities: 1,
+            truth,
+            predicted,
+            spread,
+            groups: Some(parts.clone()),
+            parts,
+            rows: vec![],
+        }
     }
 
     fn fit(held: &HeldOutValues) -> Option<Intervals> {

@@ -2,11 +2,12 @@
 
 use std::collections::BTreeSet;
 
+use ndarray::{ArrayRef, IxDyn};
 use serde::{Deserialize, Serialize};
 use taxel_data::Layout;
 
 use crate::certainty::held_out::LEAST;
-use crate::certainty::place::{row_product, whitening};
+use crate::certainty::place::whitening;
 use crate::certainty::seen::{RANKS, is_ranking, rank, ranked};
 use crate::certainty::summary::Summary;
 
@@ -49,42 +50,57 @@ pub(super) struct HeldReadings<'x> {
 }
 
 impl Readings {
+    /// Fits a gate to `rows` of the raw samples `x` `[n, ..]` of that layout, [`Readings::fit`].
+    pub(super) fn of_rows(
+        rows: &[usize],
+        apart: &[u32],
+        (layout, x): (Layout, &ArrayRef<f32, IxDyn>),
+    ) -> Option<(Self, Vec<f32>)> {
+        let x = x.as_standard_layout();
+        let (shape, values) = (x.shape().get(1..)?, x.as_slice()?);
+        let each = shape.iter().product::<usize>();
+        let samples = rows.iter().map(|row| values.get(row * each..(row + 1) * each));
+        let samples = samples.collect::<Option<Vec<_>>>().filter(|_| each > 0)?;
+        Readings::fit(&HeldReadings { of: (layout, shape), samples, apart: apart.to_vec() })
+    }
+
     /// Fits a gate to samples. The distance of each is taken from the samples of all other parts. None of fewer than 30.
-    pub(super) fn fit(held: &HeldReadings) -> Option<(Self, Vec<f64>)> {
+    pub(super) fn fit(held: &HeldReadings) -> Option<(Self, Vec<f32>)> {
         let all = held.samples.iter().copied().flatten();
         let (low, high) =
             all.fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), v| (low.min(*v), high.max(*v)));
         let range = high - low;
-        if held.samples.len() < LEAST || !(range > 0.0 && range.is_finite()) {
+        if held.samples.len() < LEAST || !is_usable(range) {
             return None;
         }
         let (layout, shape) = held.of;
         let mut summary = Summary::new(layout, shape);
-        let numbers: Vec<Vec<f64>> =
+        let numbers: Vec<Vec<f32>> =
             held.samples.iter().map(|sample| summary.of(sample, range).to_vec()).collect();
         let parts: BTreeSet<u32> = held.apart.iter().copied().collect();
         let mut distances = vec![0.0; numbers.len()];
         for part in parts {
             let others = numbers.iter().zip(&held.apart).filter(|(_, apart)| **apart != part);
-            let others: Vec<&[f64]> = others.map(|(numbers, _)| &**numbers).collect();
+            let others: Vec<&[f32]> = others.map(|(numbers, _)| &**numbers).collect();
             let (center, around) = place(&others, range)?;
             for (row, numbers) in numbers.iter().enumerate().filter(|(row, _)| held.apart[*row] == part) {
                 distances[row] = distance(&center, &around, numbers);
             }
         }
-        let rows: Vec<&[f64]> = numbers.iter().map(|numbers| &**numbers).collect();
+        let rows: Vec<&[f32]> = numbers.iter().map(|numbers| &**numbers).collect();
         let (center, around) = place(&rows, range)?;
-        let ranking = ranked(distances.clone(), |farthest| (BEYOND * farthest) as f32);
+        let all = distances.iter().map(|distance| f64::from(*distance)).collect();
+        let ranking = ranked(all, |farthest| (BEYOND * farthest) as f32);
         let gate = Readings { range, center, around, distances: ranking, together: vec![] };
         gate.check().ok().map(|()| (gate, distances))
     }
 
     /// Ranks the familiarity of held-out samples by logits, hundredths, and by the `distances` of their readings together.
-    pub(super) fn with_logits(self, logits: &[usize], distances: &[f64]) -> Self {
+    pub(super) fn with_logits(self, logits: &[usize], distances: &[f32]) -> Self {
         let lesser: Vec<usize> = logits
             .iter()
             .zip(distances)
-            .map(|(logits, distance)| lesser(*logits, rank(&self.distances, *distance)))
+            .map(|(logits, distance)| lesser(*logits, rank(&self.distances, f64::from(*distance))))
             .collect();
         let count = lesser.len() as f32;
         let share = |least: usize| {
@@ -95,13 +111,42 @@ impl Readings {
     }
 
     /// Returns the familiarity of a sample by its readings, and by its logits where their `rank` in hundredths is known, 0.01..1.
-    pub(super) fn familiarity(&self, logits: Option<usize>, summary: &[f64]) -> f32 {
-        let readings = rank(&self.distances, distance(&self.center, &self.around, summary));
+    pub(crate) fn familiarity(&self, logits: Option<usize>, summary: &[f32]) -> f32 {
+        let readings = rank(&self.distances, f64::from(self.distance(summary)));
         let least = logits.map_or(readings, |logits| lesser(logits, readings));
         match logits.and(self.together.get(least - 1)) {
             Some(together) => *together,
             None => least as f32 / RANKS as f32,
         }
+    }
+
+    /// Returns the distance of a summary from those of known samples, in deviations.
+    fn distance(&self, summary: &[f32]) -> f32 {
+        distance(&self.center, &self.around, summary)
+    }
+
+    /// Returns the distance of a raw sample of that layout and shape from known samples, in deviations.
+    pub fn distance_of(&self, sample: &[f32], layout: Layout, shape: &[usize]) -> f32 {
+        self.distance(Summary::new(layout, shape).of(sample, self.range))
+    }
+
+    /// Returns what is added to deviations before their logarithm is taken, in the unit of the readings.
+    pub fn floor(&self) -> f32 {
+        Summary::floor(self.range)
+    }
+
+    /// Returns the distances by logits and by readings beyond which the familiarity of a sample is at most `share`; none where no
+    /// distance is enough. `seen` are the distances of held-out samples by logits; none of methods without logits.
+    pub fn limits(&self, seen: Option<&[f32]>, share: f32) -> [Option<f32>; 2] {
+        let of_rank = |rank: usize| match self.together.get(rank - 1).filter(|_| seen.is_some()) {
+            Some(together) => *together,
+            None => rank as f32 / RANKS as f32,
+        };
+        let rank = (1..=RANKS).filter(|rank| of_rank(*rank) <= share).count();
+        let readings =
+            if seen.is_some() { (1..=rank).filter(|own| lesser(RANKS, *own) <= rank).count() } else { rank };
+        let nth = |distances: &[f32], rank: usize| rank.checked_sub(1).map(|at| distances[at]);
+        [seen.and_then(|seen| nth(seen, rank)), nth(&self.distances, readings)]
     }
 
     /// Checks whether the numbers belong together; says what is wrong otherwise.
@@ -111,7 +156,7 @@ impl Readings {
         let is_whole = size > 0
             && self.around.len() == size * (size + 1) / 2
             && numbers.into_iter().all(|value| value.is_finite())
-            && self.range > 0.0
+            && is_usable(self.range)
             && is_ranking(&self.distances)
             && matches!(self.together.len(), 0 | RANKS);
         if is_whole { Ok(()) } else { Err("its card holds a damaged gate of readings".into()) }
@@ -136,34 +181,46 @@ fn lesser(logits: usize, readings: usize) -> usize {
 }
 
 /// Finds where summaries lie: their mean, and the triangle that brings deviations to variance 1.
-fn place(rows: &[&[f64]], range: f32) -> Option<(Vec<f32>, Vec<f32>)> {
+fn place(rows: &[&[f32]], range: f32) -> Option<(Vec<f32>, Vec<f32>)> {
     if rows.len() < LEAST.div_ceil(2) {
         return None;
     }
     let (size, n) = (rows.first()?.len(), rows.len() as f64);
-    let mean: Vec<f64> = (0..size).map(|k| rows.iter().map(|row| row[k]).sum::<f64>() / n).collect();
+    let mean: Vec<f64> =
+        (0..size).map(|k| rows.iter().map(|row| f64::from(row[k])).sum::<f64>() / n).collect();
     let deviation = |k: usize| {
-        let square = rows.iter().map(|row| (row[k] - mean[k]).powi(2)).sum::<f64>() / n;
+        let square = rows.iter().map(|row| (f64::from(row[k]) - mean[k]).powi(2)).sum::<f64>() / n;
         let unit = if Summary::is_logarithm(k, size) { 1.0 } else { f64::from(range) };
         (square + (LEAST_DEVIATION * unit).powi(2)).sqrt()
     };
     let scale: Vec<f64> = (0..size).map(deviation).collect();
-    let off = rows.iter().map(|row| (0..size).map(|k| (row[k] - mean[k]) / scale[k]).collect());
+    let off = rows.iter().map(|row| (0..size).map(|k| (f64::from(row[k]) - mean[k]) / scale[k]).collect());
     let triangle = whitening(size, off, RIDGE)?;
     let columns = (0..size).flat_map(|i| 0..=i);
     let around = triangle.iter().zip(columns).map(|(value, column)| (value / scale[column]) as f32).collect();
     Some((mean.iter().map(|value| *value as f32).collect(), around))
 }
 
-/// Returns the distance of a summary, in deviations, as the mean over its numbers. Nothing is allocated.
-fn distance(center: &[f32], around: &[f32], summary: &[f64]) -> f64 {
+/// Returns the distance of a summary, in deviations, as the mean over its numbers. Nothing is allocated. In single precision, one
+/// operation after the other, so that C gives the same bits.
+fn distance(center: &[f32], around: &[f32], summary: &[f32]) -> f32 {
     let mut off = [0.0; Summary::MOST];
     for ((off, value), center) in off.iter_mut().zip(summary).zip(center) {
-        *off = value - f64::from(*center);
+        *off = value - center;
     }
-    let size = center.len();
-    let squares = (0..size).map(|i| row_product(around, i, &off).powi(2)).sum::<f64>();
-    (squares / size as f64).sqrt()
+    let (size, mut rest, mut squares) = (center.len(), around, 0.0);
+    for i in 0..size {
+        let (row, others) = rest.split_at(i + 1);
+        let sum = row.iter().zip(&off).fold(0.0, |sum, (weight, off)| sum + weight * off);
+        squares += sum * sum;
+        rest = others;
+    }
+    (squares / size as f32).sqrt()
+}
+
+/// Checks whether deviations of readings of that range have logarithms.
+fn is_usable(range: f32) -> bool {
+    range.is_finite() && Summary::floor(range).is_normal() && range > 0.0
 }
 
 #[cfg(test)]
@@ -171,11 +228,35 @@ mod tests {
     #![allow(clippy::unwrap_used)]
 
     use rand::RngExt;
+    use serde_json::Value;
 
     use super::*;
     use crate::certainty::seen::FALSE_ALARMS;
 
     const SHAPE: [usize; 2] = [3, 40];
+    /// `scripts/fixtures/readings.py` writes it with numpy and scikit-learn.
+    const TWIN: &str = include_str!("../../tests/data/readings.json");
+
+    #[test]
+    fn distances_are_those_of_numpy_and_scikit_learn() {
+        let twin: Value = serde_json::from_str(TWIN).unwrap();
+        for case in twin["cases"].as_array().unwrap() {
+            let list = |key: &str| -> Vec<f32> { serde_json::from_value(case[key].clone()).unwrap() };
+            let layout: Layout = serde_json::from_value(case["layout"].clone()).unwrap();
+            let shape: Vec<usize> = serde_json::from_value(case["shape"].clone()).unwrap();
+            let each: usize = shape.iter().product();
+            let known = list("known");
+            let samples: Vec<&[f32]> = known.chunks_exact(each).collect();
+            let apart = (0..samples.len() as u32).map(|row| row % 5).collect();
+            let (gate, _) = Readings::fit(&HeldReadings { of: (layout, &shape), samples, apart }).unwrap();
+            let (new, wanted) = (list("new"), list("distances"));
+            assert_eq!(new.len(), wanted.len() * each);
+            for (sample, wanted) in new.chunks_exact(each).zip(wanted) {
+                let distance = gate.distance_of(sample, layout, &shape);
+                assert!((distance / wanted - 1.0).abs() < 2e-3, "{layout}: {distance} and {wanted}");
+            }
+        }
+    }
 
     /// Draws presses: three channels rise from rest to levels of their own and stay there, with a little noise.
     fn presses(count: usize, seed: u64) -> Vec<Vec<f32>> {
@@ -195,13 +276,38 @@ mod tests {
         (0..count).map(|_| press()).collect()
     }
 
-    fn fit(samples: &[Vec<f32>]) -> Option<(Readings, Vec<f64>)> {
+    fn fit(samples: &[Vec<f32>]) -> Option<(Readings, Vec<f32>)> {
         let apart = (0..samples.len() as u32).map(|row| row % 5).collect();
         Readings::fit(&HeldReadings {
             of: (Layout::Series, &SHAPE),
             samples: samples.iter().map(|sample| &**sample).collect(),
             apart,
         })
+    }
+
+    #[test]
+    fn limits_refuse_what_the_familiarity_refuses() {
+        let (gate, distances) = fit(&presses(600, 1)).unwrap();
+        let mut rng = taxel_base::seed::rng(4, "limits");
+        let seen: Vec<f32> = (0..RANKS).map(|rank| 100.0 - rank as f32).collect();
+        let ranks: Vec<usize> = (0..600).map(|_| 1 + (100.0 * rng.random::<f32>()) as usize % 100).collect();
+        let together = gate.clone().with_logits(&ranks, &distances);
+        let mut summary = Summary::new(Layout::Series, &SHAPE);
+        let samples: Vec<Vec<f32>> =
+            presses(300, 2).into_iter().chain(foreign().into_iter().flat_map(|(_, all)| all)).collect();
+        for share in [0.001, 0.01, FALSE_ALARMS, 0.3, 0.99] {
+            let (both, own) = (together.limits(Some(&seen), share), gate.limits(None, share));
+            assert_eq!(own[0], None);
+            for sample in &samples {
+                let (numbers, logits) = (summary.of(sample, gate.range), 102.0 * rng.random::<f32>());
+                let distance = gate.distance(numbers);
+                let beyond = |limit: Option<f32>, distance: f32| limit.is_some_and(|limit| distance > limit);
+                let by_logits = rank(&seen, f64::from(logits));
+                let refused = together.familiarity(Some(by_logits), numbers) <= share;
+                assert_eq!(refused, beyond(both[0], logits) || beyond(both[1], distance), "{share}");
+                assert_eq!(gate.familiarity(None, numbers) <= share, beyond(own[1], distance), "{share}");
+            }
+        }
     }
 
     fn refused(gate: &Readings, samples: &[Vec<f32>]) -> f64 {

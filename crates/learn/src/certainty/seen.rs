@@ -66,6 +66,12 @@ impl Seen {
         Some(self.rank(logits, share, scratch)? as f32 / RANKS as f32)
     }
 
+    /// Returns the distance beyond which the familiarity is at most `share`, 0..1; none where no distance is enough.
+    pub fn limit(&self, share: f32) -> Option<f32> {
+        let rank = (1..=RANKS).filter(|rank| *rank as f32 / RANKS as f32 <= share).count();
+        rank.checked_sub(1).map(|at| self.distances[at])
+    }
+
     /// Returns [`Seen::familiarity`] in hundredths.
     pub(super) fn rank(&self, logits: &[f32], share: f64, scratch: &mut Vec<f64>) -> Option<usize> {
         let distances = if share >= 1.0 { &self.distances } else { tenth_of(&self.tenths, share)? };

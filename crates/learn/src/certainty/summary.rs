@@ -1,11 +1,38 @@
 //! Numbers that tell how the readings of a sample behave.
 
+use taxel_base::exponential::ln;
 use taxel_data::Layout;
 
 /// The part of the range that is added to deviations before their logarithm is taken: a dead channel has none.
 const FLOOR: f32 = 1e-3;
 /// Sums that run beside each other, so that the processor adds several values at a time.
 const LANES: usize = 8;
+
+/// Where the channels and the steps of a sample lie in memory: of still images its rows and columns.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Axes {
+    /// Number of channels.
+    pub channels: usize,
+    /// Number of steps.
+    pub steps: usize,
+    /// Distance of two steps of a channel: 1, or the number of taxels of a frame.
+    pub by_step: usize,
+    /// Whether steps follow each other in time.
+    pub has_time: bool,
+}
+
+impl Axes {
+    /// Finds the axes of samples of this layout and shape.
+    pub fn new(layout: Layout, shape: &[usize]) -> Self {
+        let all: usize = shape.iter().product();
+        let (steps, by_step) = match (layout, shape) {
+            (Layout::Sequence, [time, ..]) => (*time, all / (*time).max(1)),
+            (_, [.., last]) => (*last, 1),
+            (_, []) => (0, 1),
+        };
+        Axes { channels: all / steps.max(1), steps, by_step, has_time: layout.has_time() }
+    }
+}
 
 /// Summarises samples of one layout: the mean, the spread, the roughness and the ends of their readings.
 ///
@@ -15,14 +42,10 @@ const LANES: usize = 8;
 /// place of channels and steps.
 #[derive(Debug, Clone)]
 pub(crate) struct Summary {
-    layout: Layout,
-    channels: usize,
-    steps: usize,
-    /// Distance of two steps of a channel in memory: 1, or the number of taxels.
-    stride: usize,
+    axes: Axes,
     /// One channel whose steps do not lie side by side.
     row: Vec<f32>,
-    numbers: [f64; Summary::MOST],
+    numbers: [f32; Summary::MOST],
 }
 
 /// One channel.
@@ -45,20 +68,14 @@ impl Summary {
 
     /// Prepares for samples of this layout and shape.
     pub(crate) fn new(layout: Layout, shape: &[usize]) -> Self {
-        let all: usize = shape.iter().product();
-        let (steps, stride) = match (layout, shape) {
-            (Layout::Sequence, [time, ..]) => (*time, all / (*time).max(1)),
-            (_, [.., last]) => (*last, 1),
-            (_, []) => (0, 1),
-        };
-        let row = if stride == 1 { vec![] } else { vec![0.0; steps] };
-        let numbers = [0.0; Self::MOST];
-        Summary { layout, channels: all / steps.max(1), steps, stride, row, numbers }
+        let axes = Axes::new(layout, shape);
+        let row = if axes.by_step == 1 { vec![] } else { vec![0.0; axes.steps] };
+        Summary { axes, row, numbers: [0.0; Self::MOST] }
     }
 
     /// Returns how many numbers there are.
     pub(crate) fn count(&self) -> usize {
-        if self.layout.has_time() { Self::MOST } else { Self::STILL }
+        if self.axes.has_time { Self::MOST } else { Self::STILL }
     }
 
     /// Checks whether number `k` of `count` is a logarithm.
@@ -66,17 +83,23 @@ impl Summary {
         if count == Self::STILL { (1..=5).contains(&k) } else { (1..=4).contains(&k) }
     }
 
+    /// Returns what is added to deviations of readings of that range before their logarithm is taken.
+    pub(crate) fn floor(range: f32) -> f32 {
+        FLOOR * range
+    }
+
     /// Summarises a sample of readings of that range. Nothing is allocated.
-    pub(crate) fn of(&mut self, sample: &[f32], range: f32) -> &[f64] {
-        let floor = FLOOR * range;
-        let log = |value: f32| f64::from(value + floor).ln();
-        let n = self.channels.max(1) as f32;
+    pub(crate) fn of(&mut self, sample: &[f32], range: f32) -> &[f32] {
+        let floor = Self::floor(range);
+        let log = |value: f32| ln(value + floor);
+        let n = self.axes.channels.max(1) as f32;
+        let first = sample.first().copied().unwrap_or(0.0);
         let (mut means, mut spreads, mut changes) = ([0.0f32; 2], [0.0f32; 2], 0.0f32);
         let mut ends = [[f32::INFINITY, f32::NEG_INFINITY]; 3];
-        for number in 0..self.channels {
+        for number in 0..self.axes.channels {
             let channel = self.channel(sample, number);
             // Around the first mean, so that the sum of squares keeps its digits far from zero.
-            let off = channel.mean - sample.first().copied().unwrap_or(0.0);
+            let off = channel.mean - first;
             means = [means[0] + off, means[1] + off * off];
             spreads = [spreads[0] + channel.spread, spreads[1] + channel.spread * channel.spread];
             changes += channel.change;
@@ -88,14 +111,14 @@ impl Summary {
         }
         let [mean_off, square] = means.map(|sum| sum / n);
         let between = (square - mean_off * mean_off).max(0.0);
-        let mean = f64::from(mean_off) + f64::from(sample.first().copied().unwrap_or(0.0));
+        let mean = first + mean_off;
         let spread = (spreads[1] / n + between).sqrt();
         let (within, change) = (spreads[0] / n, changes / n);
-        let [low, high] = ends[0].map(f64::from);
-        if self.layout.has_time() {
+        let [low, high] = ends[0];
+        if self.axes.has_time {
             let rough = log(change) - log(within);
-            let [[least, most], [bottom, top]] = [ends[1].map(f64::from), ends[2].map(f64::from)];
-            let between = f64::from(between.sqrt());
+            let [_, [least, most], [bottom, top]] = ends;
+            let between = between.sqrt();
             self.numbers = [
                 mean,
                 log(spread),
@@ -120,24 +143,25 @@ impl Summary {
     }
 
     /// Returns the numbers of the last sample.
-    pub(crate) fn last(&self) -> &[f64] {
+    pub(crate) fn last(&self) -> &[f32] {
         &self.numbers[..self.count()]
     }
 
     fn channel(&mut self, sample: &[f32], number: usize) -> Channel {
-        if self.stride == 1 {
-            return Channel::of(&sample[number * self.steps..][..self.steps]);
+        let Axes { steps, by_step, .. } = self.axes;
+        if by_step == 1 {
+            return Channel::of(&sample[number * steps..][..steps]);
         }
         for (step, value) in self.row.iter_mut().enumerate() {
-            *value = sample[step * self.stride + number];
+            *value = sample[step * by_step + number];
         }
         Channel::of(&self.row)
     }
 
     /// Returns the root mean square of the differences between neighbouring rows, 0 of one row.
     fn across(&self, sample: &[f32]) -> f32 {
-        let next = &sample[self.steps.min(sample.len())..];
-        let squares = sum(sample.len().saturating_sub(self.steps), |at| (next[at] - sample[at]).powi(2));
+        let next = &sample[self.axes.steps.min(sample.len())..];
+        let squares = sum(next.len(), |at| (next[at] - sample[at]).powi(2));
         (squares / next.len().max(1) as f32).sqrt()
     }
 }
@@ -188,9 +212,10 @@ fn sum(count: usize, value: impl Fn(usize) -> f32) -> f32 {
 mod tests {
     use super::*;
 
-    fn near(given: &[f64], wanted: &[f64]) {
+    fn near(given: &[f32], wanted: &[f64]) {
         assert_eq!(given.len(), wanted.len());
         for (k, (given, wanted)) in given.iter().zip(wanted).enumerate() {
+            let given = f64::from(*given);
             assert!(
                 (given - wanted).abs() < 1e-5 * wanted.abs().max(1.0),
                 "number {k}: {given}, not {wanted}"
@@ -239,6 +264,6 @@ mod tests {
         let mut summary = Summary::new(Layout::Series, &[1, 100]);
         let sample: Vec<f32> = (0..100).map(|step| 60_000.0 + (step % 2) as f32).collect();
         let numbers = summary.of(&sample, 1.0);
-        assert!((numbers[1] - 0.501f64.ln()).abs() < 1e-3 && (numbers[3] - 1.001f64.ln()).abs() < 1e-3);
+        assert!((numbers[1] - 0.501f32.ln()).abs() < 1e-3 && (numbers[3] - 1.001f32.ln()).abs() < 1e-3);
     }
 }

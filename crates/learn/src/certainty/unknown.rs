@@ -2,12 +2,15 @@
 
 use std::collections::HashSet;
 
+use ndarray::{ArrayRef, Axis, IxDyn};
 use rand::seq::SliceRandom;
 use serde::{Deserialize, Serialize};
+use taxel_data::Layout;
 
+use crate::certainty::gate::Gates;
 use crate::certainty::held_out::HeldOut;
 use crate::certainty::place::Place;
-use crate::certainty::seen::{FALSE_ALARMS, Seen};
+use crate::certainty::seen::FALSE_ALARMS;
 use crate::metrics::Levels;
 use crate::problem::{Problem, within};
 
@@ -120,7 +123,12 @@ impl UnknownDraw {
     /// Scores the trainings of one draw, one for each test part; `classes` is the number of all classes. A gate is fitted on the
     /// other parts without the samples that it is tried on and, where the split keeps `groups` together, those of their groups.
     /// None where one cannot be fitted.
-    pub fn of(trainings: &[WithoutClasses], classes: usize, groups: Option<&[u32]>) -> Option<Self> {
+    pub fn of(
+        trainings: &[WithoutClasses],
+        classes: usize,
+        groups: Option<&[u32]>,
+        (layout, x): (Layout, &ArrayRef<f32, IxDyn>),
+    ) -> Option<Self> {
         let left_out = trainings.first()?.classes.clone();
         let kept: Vec<usize> = (0..classes).filter(|class| !left_out.contains(&(*class as u32))).collect();
         let levels = Levels::new(&[kept.len()]);
@@ -133,16 +141,16 @@ impl UnknownDraw {
                 other.add_known(&kept, classes, |row| !tried.contains(&group(row)), &mut others);
                 others.places.extend(other.places.clone().map(|places| (other.fold, places)));
             }
-            let gate = Seen::fit(&others.divided(), &levels)?;
-            let gate = match &own.places {
-                Some(places) => Seen { places: places.clone(), ..gate },
-                None => gate,
-            };
+            others.groups = groups.map(|groups| others.rows.iter().map(|row| groups[*row]).collect());
+            let gates = Gates::fit(&others, (layout, x), &levels, groups.is_some(), own.places.as_ref());
+            let gate = gates.seen.as_ref()?;
+            let kept_only = |row: &[f32]| kept.iter().map(|class| row[*class]).collect::<Vec<f32>>();
+            let logits: Vec<f32> = own.logits.chunks_exact(classes).flat_map(kept_only).collect();
+            let familiarity = gates.familiarities(&logits, (layout, &x.select(Axis(0), &own.rows)))?;
             let mut scratch = vec![];
-            for (label, row) in own.truth.iter().zip(own.logits.chunks_exact(classes)) {
-                let row: Vec<f32> = kept.iter().map(|class| row[*class]).collect();
-                let familiarity = gate.familiarity(&row, 1.0, &mut scratch)?;
-                let scores = (gate.distance(&row, &mut scratch), not_sure(&row), familiarity);
+            let rows = own.truth.iter().zip(logits.chunks_exact(kept.len())).zip(familiarity);
+            for ((label, row), familiarity) in rows {
+                let scores = (gate.distance(row, &mut scratch), not_sure(row), familiarity);
                 if left_out.contains(label) { unknown.push(scores) } else { known.push(scores) }
             }
         }
@@ -224,6 +232,7 @@ fn auroc(low: &[f64], high: &[f64]) -> Option<f64> {
 mod tests {
     #![allow(clippy::unwrap_used)]
 
+    use ndarray::ArrayD;
     use rand::RngExt;
 
     use super::*;
@@ -251,6 +260,11 @@ mod tests {
         assert_eq!(auroc(&[], &[1.0]), None);
     }
 
+    /// Scores trainings of samples without readings that tell anything.
+    fn of(trainings: &[WithoutClasses], classes: usize, groups: Option<&[u32]>) -> Option<UnknownDraw> {
+        UnknownDraw::of(trainings, classes, groups, (Layout::Features, &ArrayD::zeros(IxDyn(&[300, 4]))))
+    }
+
     #[test]
     fn a_class_between_those_that_were_learned_is_refused() {
         let mut rng = taxel_base::seed::rng(4, "unknown");
@@ -271,17 +285,17 @@ mod tests {
             }
         };
         let trainings: Vec<WithoutClasses> = (0..4).map(&mut training).collect();
-        let scores = UnknownDraw::of(&trainings, 4, None).unwrap();
+        let scores = of(&trainings, 4, None).unwrap();
         assert_eq!((scores.known, scores.unknown), (180, 60));
         assert!(scores.auroc > 0.98 && scores.refused > 0.9 && scores.false_alarms < 0.12, "{scores:?}");
-        assert!(UnknownDraw::of(&trainings[..1], 4, None).is_none(), "no part to fit a gate on");
+        assert!(of(&trainings[..1], 4, None).is_none(), "no part to fit a gate on");
         // Test parts that overlap, as those of repeated cuts do: no gate has seen the samples that it is tried on.
         let same = |training: &WithoutClasses| WithoutClasses { rows: (0..60).collect(), ..training.clone() };
         let overlapping: Vec<WithoutClasses> = trainings.iter().map(same).collect();
-        assert!(UnknownDraw::of(&overlapping, 4, None).is_none(), "all samples are tried on");
-        assert!(UnknownDraw::of(&trainings, 4, Some(&[7; 240])).is_none(), "all are of one group");
+        assert!(of(&overlapping, 4, None).is_none(), "all samples are tried on");
+        assert!(of(&trainings, 4, Some(&[7; 240])).is_none(), "all are of one group");
         let halves: Vec<u32> = (0..240).map(|row| row / 120).collect();
-        let by_group = UnknownDraw::of(&trainings, 4, Some(&halves)).unwrap();
+        let by_group = of(&trainings, 4, Some(&halves)).unwrap();
         assert!(by_group.known == 180 && by_group != scores, "the part of the same group is left out");
         // Networks whose logits lie elsewhere in each fold, each with its own places.
         let moved = |training: &WithoutClasses| {
@@ -290,7 +304,7 @@ mod tests {
             let places = WithoutClasses::places_of(&[3], 4, &logits, &training.truth);
             WithoutClasses { logits, places, ..training.clone() }
         };
-        let moved = UnknownDraw::of(&trainings.iter().map(moved).collect::<Vec<_>>(), 4, None).unwrap();
+        let moved = of(&trainings.iter().map(moved).collect::<Vec<_>>(), 4, None).unwrap();
         assert!(moved.auroc > 0.98 && moved.refused > 0.9 && moved.false_alarms < 0.15, "{moved:?}");
     }
 }

@@ -73,7 +73,9 @@ fn intervals(predicted: Vec<f32>, parts: HeldOutParts, set: &TrainingSet) -> Opt
         predicted,
         spread: vec![],
         parts: groups.clone().unwrap_or_else(|| vec![0; rows.len()]),
+        rows: rows.clone(),
         groups,
     };
-    Intervals::fit(&held, parts, &set.dataset.digest)
+    let raw = (set.dataset.spec.layout, &*set.dataset.x);
+    Intervals::fit(&held, parts, &set.dataset.digest).map(|intervals| intervals.with_readings(&held, raw))
 }

@@ -255,9 +255,9 @@ fn check_reading(card: &Card) -> std::result::Result<(), String> {
     if !layout.fits(shape) {
         return Err(format!("its card says that a {layout} reading has shape {shape:?}, which none has"));
     }
-    if let Some(Certainty { temperature, tenths, seen, readings, .. }) = &card.certainty {
+    card.readings_gate().map_or(Ok(()), |readings| readings.check_of(layout, shape))?;
+    if let Some(Certainty { temperature, tenths, seen, .. }) = &card.certainty {
         seen.as_ref().map_or(Ok(()), |seen| seen.check(card.levels().sizes()))?;
-        readings.as_ref().map_or(Ok(()), |readings| readings.check_of(layout, shape))?;
         let is_none = |temperature: &&f64| !(temperature.is_finite() && **temperature > 0.0);
         if let Some(temperature) = tenths.iter().chain([temperature]).find(is_none) {
             return Err(format!("its card says a temperature of {temperature}, which none is"));

@@ -3,6 +3,7 @@
 mod calibrate;
 mod card;
 mod digest;
+mod familiar;
 mod file;
 mod hub_page;
 pub(crate) mod marks;

@@ -227,7 +227,7 @@ impl Predictor {
         let Workspace { logits, scratch, summary, .. } = workspace;
         let logits = (logits.len() == self.outputs).then_some(&**logits);
         let summary = summary.as_ref().map(|(summary, _)| summary.last());
-        self.card.certainty.as_ref()?.familiarity(logits, summary, seen, scratch)
+        self.card.familiarity(logits, summary, seen, scratch)
     }
 
     /// Returns the interval of one quantity of the last sample of a workspace that holds the true value in `share` of samples, 0.8,
@@ -243,7 +243,7 @@ impl Predictor {
 
     /// Returns what summarises a sample for the gate of readings, and their range.
     fn summary(&self) -> Option<(Summary, f32)> {
-        let readings = self.card.certainty.as_ref()?.readings.as_ref()?;
+        let readings = self.card.readings_gate()?;
         let spec = &self.card.spec;
         Some((Summary::new(spec.layout, &spec.shape), readings.range))
     }
@@ -374,14 +374,13 @@ impl Predictor {
     }
 
     /// Returns the familiarity of each sample by its row of logits and its row of summary numbers; none without a gate.
-    fn familiarities(&self, logits: &[f32], numbers: &[f64]) -> Option<Vec<f32>> {
-        let certainty = self.card.certainty.as_ref()?;
+    fn familiarities(&self, logits: &[f32], numbers: &[f32]) -> Option<Vec<f32>> {
         let mut scratch = vec![];
         let width = numbers.len() / (logits.len() / self.width.max(1)).max(1);
         let of_row = |(row, logits): (usize, &[f32])| {
             let logits = (self.width == self.outputs).then_some(logits);
             let summary = numbers.get(row * width..(row + 1) * width).filter(|summary| !summary.is_empty());
-            certainty.familiarity(logits, summary, 1.0, &mut scratch)
+            self.card.familiarity(logits, summary, 1.0, &mut scratch)
         };
         logits.chunks_exact(self.width).enumerate().map(of_row).collect()
     }

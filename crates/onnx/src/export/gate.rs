@@ -76,7 +76,7 @@ pub(super) fn distance(places: &[GatePlace], logits: &str, sink: &mut Sink) -> O
 }
 
 /// Returns a lower triangle as the transposed matrix, row by row.
-fn transposed(triangle: &[f32], size: usize) -> Vec<f32> {
+pub(super) fn transposed(triangle: &[f32], size: usize) -> Vec<f32> {
     let at =
         |row: usize, column: usize| if column > row { 0.0 } else { triangle[row * (row + 1) / 2 + column] };
     (0..size).flat_map(|column| (0..size).map(move |row| at(row, column))).collect()

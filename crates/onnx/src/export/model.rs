@@ -9,6 +9,7 @@ use taxel_graph::{Graph, Loss, Op, Weights};
 use super::emit::Emit;
 use super::front::Front;
 use super::gate::{GatePlace, distance};
+use super::readings::ReadingsPlace;
 use super::sink::{Sink, int};
 use super::value::info;
 use crate::error::{Cause, Error, Result};
@@ -48,6 +49,8 @@ pub struct Export<'a> {
     pub sizes: Vec<usize>,
     /// The gate of each attribute behind the first output, whose output is [`DISTANCE`](super::DISTANCE). Default none.
     pub gate: Vec<GatePlace>,
+    /// The gate of raw readings, whose output is [`READINGS_DISTANCE`](super::READINGS_DISTANCE); the first input has to take them. Default none.
+    pub readings_gate: Option<ReadingsPlace>,
     /// Of each input, how raw readings become it; none, and past the end, where it is taken as it is.
     pub readings: Vec<Option<Front>>,
     /// Text for people.
@@ -67,6 +70,7 @@ impl<'a> Export<'a> {
             temperature: None,
             sizes: vec![],
             gate: vec![],
+            readings_gate: None,
             readings: vec![],
             about: String::new(),
             facts: vec![],
@@ -144,6 +148,8 @@ fn graph(export: &Export) -> std::result::Result<proto::Graph, Cause> {
     infos.extend(probabilities(export, &mut sink));
     infos.extend(answered(export, &mut sink));
     infos.extend(outputs.first().and_then(|(logits, _)| distance(&export.gate, logits, &mut sink)));
+    let raw = graph.inputs().next().filter(|_| export.readings.first().is_some_and(Option::is_some));
+    infos.extend(raw.and_then(|raw| export.readings_gate.as_ref()?.emit(&raw.name, &mut sink)));
     Ok(proto::Graph {
         nodes: sink.nodes,
         name: Some(graph.name().into()),

@@ -16,7 +16,9 @@ use super::work::Importer;
 use super::{ints, nodes};
 use crate::bounds;
 use crate::error::{Cause, Error, Result};
-use crate::export::{DISTANCE, PROBABILITIES, QUANTITIES, TEMPERATURE, VALUES};
+use crate::export::{
+    DISTANCE, PROBABILITIES, QUANTITIES, READINGS_DISTANCE, TEMPERATURE, UNKNOWN_BEYOND, VALUES,
+};
 use crate::proto::{self, ValueInfo, dtype};
 
 /// Versions of ONNX's operations that are read.
@@ -64,8 +66,13 @@ pub fn from_bytes(bytes: Vec<u8>, name: &str, folder: Option<&Path>) -> std::res
     if says(QUANTITIES) {
         leave_out(&mut graph, &[VALUES]);
     }
-    if says(TEMPERATURE) {
-        leave_out(&mut graph, &[PROBABILITIES, DISTANCE]);
+    if says(TEMPERATURE) || says(UNKNOWN_BEYOND) {
+        let outputs: &[&str] = if says(TEMPERATURE) {
+            &[PROBABILITIES, DISTANCE, READINGS_DISTANCE]
+        } else {
+            &[READINGS_DISTANCE]
+        };
+        leave_out(&mut graph, outputs);
         notes.push("temperature and gate are left out: fit or calibrate a model anew".into());
     }
     let mut stored = StoredTensors::new(folder, length);

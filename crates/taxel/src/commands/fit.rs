@@ -362,6 +362,8 @@ fn intervals(
 ) -> Option<Intervals> {
     let held = HeldOutValues::of_folds(records, dataset)?;
     let intervals = Intervals::fit(&held, HeldOutParts::of(&results.protocol), &dataset.digest);
+    let raw = (dataset.spec.layout, &*dataset.x);
+    let intervals = intervals.map(|intervals| intervals.with_readings(&held, raw));
     if intervals.is_none() {
         let count = held.len();
         note(format!("no intervals: the run has {count} predictions of {row}, and 30 are needed"));

@@ -182,8 +182,8 @@ class TaxelNode(Node):
             labels = [f"{name}/{one}" if several else str(one) for name, all in model.attributes.items() for one in all]
             shares = [float(share) for share in decision.probabilities]
             answers = decision.answer if isinstance(decision.answer, tuple) else (decision.answer,)
-            words = "unknown" if decision.unknown else ", ".join(map(str, answers))
-        self.out.publish(String(data=words))
+            words = ", ".join(map(str, answers))
+        self.out.publish(String(data="unknown" if decision.unknown else words))
         array = Float32MultiArray()
         array.layout.dim = [MultiArrayDimension(label=label, size=1, stride=1) for label in labels]
         array.data = shares

@@ -5,6 +5,7 @@ static void check_samples(void)
     uint32_t i;
     for (i = 0; i < SAMPLES; i++) {
         make_sample(sample);
+        @readings@
         expect("outcome", i, (uint32_t)taxel_@name@_logits(sample, row), 0u);
         expect_row("logits", i, row, &expected_outputs[i * OUTPUTS], OUTPUTS);
         @gate@

@@ -6,6 +6,7 @@ static void check_samples(void)
     uint32_t i;
     for (i = 0; i < SAMPLES; i++) {
         make_sample(sample);
+        @readings@
         expect("outcome", i, (uint32_t)outputs_of(own_workspace, sample, row), 0u);
         expect_row("outputs", i, row, &expected_outputs[i * OUTPUTS], OUTPUTS);
         expect("outcome", i, (uint32_t)taxel_@name@_predict(sample, row), 0u);

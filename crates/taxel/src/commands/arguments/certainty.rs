@@ -2,7 +2,7 @@
 
 use clap::Args;
 use taxel::Card;
-use taxel::learn::certainty::{AnswerSet, Certainty, FALSE_ALARMS};
+use taxel::learn::certainty::{AnswerSet, FALSE_ALARMS};
 use taxel::learn::metrics::Levels;
 
 /// The class of a sample that is unlike those that the model has learned from.
@@ -37,7 +37,7 @@ impl CertaintyOptions {
     /// Returns the familiarity up to which a sample is unknown, and the sets; refuses what the model does not have.
     pub fn of(&self, card: &Card) -> Result<(f32, Option<AnswerSet>), String> {
         let certainty = card.certainty.as_ref();
-        let has_gate = certainty.is_some_and(Certainty::has_gate);
+        let has_gate = card.has_gate();
         let how = "fit it from a run folder, or calibrate it on own recordings (taxel calibrate)";
         let limit = match self.unknown {
             Some(share) if !(0.0..1.0).contains(&share) => {

@@ -38,7 +38,8 @@ use crate::terminal::tables;
 /// `window` every window has a prediction, and `start` is its first time step in the recording.
 ///
 /// A model that was fitted from a run says `unknown` for samples that are unlike all that it has learned from, as `familiarity`
-/// tells: the share of held-out samples that were less like them. `likeliest` keeps the class that it would have named.
+/// tells: the share of held-out samples that were less like them. `likeliest` keeps the class that it would have named; a value is
+/// printed beside the word, and without an interval.
 ///
 /// text prints sample, class and probability; csv has a row per sample with every probability; json one object
 /// per sample; npz arrays `predicted` [N] ([N, attributes]) and `probabilities` [N, outputs], of windows `recording`
@@ -236,8 +237,17 @@ impl SamplePredictions<'_> {
             cells.extend(self.sets.map(|sets| self.set_words(sets, i)));
             let ends = self.ends(i).unwrap_or_default();
             for (at, (_, value)) in self.predictions.values(i).into_iter().enumerate() {
-                cells.push(format!("{value:.3}"));
-                cells.extend(ends.get(at).map(|[low, high]| format!("{low:.3} to {high:.3}")));
+                let is_unknown = self.is_unknown(i);
+                cells.push(if is_unknown {
+                    format!("{UNKNOWN} ({value:.3})")
+                } else {
+                    format!("{value:.3}")
+                });
+                let interval = |[low, high]: &[f32; 2]| {
+                    // No share of intervals holds for a sample that is unlike those that they were fitted to.
+                    if is_unknown { "–".to_string() } else { format!("{low:.3} to {high:.3}") }
+                };
+                cells.extend(ends.get(at).map(interval));
                 cells.extend(self.values.map(|values| values.cell(i, at)));
             }
             cells.extend(self.replaced.map(|replaced| replaced.words(i)));
@@ -274,6 +284,8 @@ impl SamplePredictions<'_> {
             self.predictions.task.attributes().into_iter().filter(|_| self.familiarity().is_some());
         let likeliest = likeliest.map(|attribute| format!("likeliest {}", attribute.name));
         let familiarity = self.familiarity().map(|_| "familiarity".to_string());
+        let unknown = self.familiarity().filter(|_| !has_labels).map(|_| UNKNOWN.to_string());
+        let familiarity = familiarity.into_iter().chain(unknown);
         let set = self.sets.map(|_| "set".to_string());
         let replaced = self.replaced.map(|_| "replaced".to_string());
         let columns = start.into_iter().chain(attributes).chain(outputs).chain(likeliest);
@@ -287,12 +299,15 @@ impl SamplePredictions<'_> {
             let likeliest = predicted.iter().filter(|_| self.familiarity().is_some());
             let likeliest = likeliest.map(|one| one.class.to_string());
             let familiarity = self.familiarity().map(|all| all[i].to_string());
+            let unknown = self.familiarity().filter(|_| !has_labels).map(|_| self.is_unknown(i).to_string());
+            let familiarity = familiarity.into_iter().chain(unknown);
             let set = self.sets.map(|sets| self.set_words(sets, i));
             let start = self.starts.map(|starts| starts[i].to_string());
             let sample = [self.origins[i].clone()].into_iter().chain(start);
             let replaced = self.replaced.map(|replaced| replaced.count(i).to_string());
             let ends = self.ends(i).unwrap_or_default().concat();
-            let outputs = outputs.iter().chain(&ends).map(f32::to_string);
+            let end = |end: &f32| if self.is_unknown(i) { String::new() } else { end.to_string() };
+            let outputs = outputs.iter().map(f32::to_string).chain(ends.iter().map(end));
             let cells = sample.chain(cells).chain(outputs).chain(likeliest);
             grid.row(cells.chain(familiarity).chain(set).chain(replaced));
         }
@@ -321,19 +336,21 @@ impl SamplePredictions<'_> {
             } else {
                 json!({ "sample": self.origins[i], "predicted": outputs })
             };
-            if let Some(ends) = self.ends(i) {
-                let named: serde_json::Map<_, _> =
-                    names.iter().cloned().zip(ends.into_iter().map(|ends| json!(ends))).collect();
-                sample["interval"] = named.into();
+            if let Some(ends) = self.ends(i).filter(|_| !is_unknown) {
+                let named = names.iter().cloned().zip(ends.into_iter().map(|ends| json!(ends)));
+                sample["interval"] = named.collect::<serde_json::Map<_, _>>().into();
             }
             if let Some(values) = self.values {
                 sample["true"] = json!(values.of(i));
             }
-            if is_unknown {
+            if is_unknown && has_labels {
                 sample["likeliest"] = named(&|class| json!(class)).into();
             }
             if let Some(familiarity) = self.familiarity() {
                 sample["familiarity"] = json!(as_printed(familiarity[i]));
+                if !has_labels {
+                    sample[UNKNOWN] = json!(is_unknown);
+                }
             }
             if let Some(sets) = self.sets {
                 sample["set"] = self.set_names(sets, i).into_iter().collect::<serde_json::Value>();
@@ -369,7 +386,12 @@ impl SamplePredictions<'_> {
         } else {
             npz.add("predicted", &shape(self.predictions.width()), outputs)?;
             if let Some(share) = self.interval {
-                let ends: Vec<f32> = (0..n).filter_map(|i| self.ends(i)).flatten().flatten().collect();
+                let of_sample = |i: usize| {
+                    let is_unknown = self.is_unknown(i);
+                    let ends = self.ends(i).unwrap_or_default().into_iter().flatten();
+                    ends.map(move |end| if is_unknown { f32::NAN } else { end })
+                };
+                let ends: Vec<f32> = (0..n).flat_map(of_sample).collect();
                 npz.add("interval", &[n, self.predictions.width(), 2], &ends)?;
                 npz.add("interval_share", &[], &[share])?;
             }

@@ -68,6 +68,7 @@ impl Opinion {
         self.comparison.convert(&mut read.x);
         let predictions = self.predictor.predict(&read.x)?;
         let Some(last) = predictions.len().checked_sub(1) else { return Err("it holds no window".into()) };
+        let is_unknown = predictions.is_unknown(last, FALSE_ALARMS);
         if !card.task.quantities().is_empty() {
             let values: Vec<String> = predictions
                 .values(last)
@@ -79,9 +80,10 @@ impl Opinion {
                 .iter()
                 .map(|(quantity, value)| (quantity.name.clone(), json!(value)))
                 .collect();
-            return Ok(Said { words: values.join(", "), json: Value::Object(json) });
+            let words = values.join(", ");
+            let words = if is_unknown { format!("{UNKNOWN} ({words})") } else { words };
+            return Ok(Said { words, json: Value::Object(json) });
         }
-        let is_unknown = predictions.is_unknown(last, FALSE_ALARMS);
         let familiarity = predictions.familiarity.as_ref().map(|all| all[last]);
         let predicted = predictions.predicted(last);
         let names: Vec<String> = predicted.iter().map(|one| one.class.to_string()).collect();

@@ -18,20 +18,23 @@ const LESS_SURE: f64 = 0.2;
 pub struct Drift {
     /// Whether each was unknown, and how sure.
     last: VecDeque<(bool, f64)>,
-    /// Mean probability of the answers that the model was fitted on; none of one that is not calibrated.
+    /// Mean probability of the answers that the model was fitted on; none of values, and of a model that is not calibrated.
     wanted: Option<f64>,
+    /// Whether the model tells what is unknown, or how sure it has to be.
+    is_watching: bool,
     is_said: bool,
 }
 
 impl Drift {
     pub fn new(card: &Card) -> Self {
         let wanted = card.certainty.as_ref().and_then(|certainty| certainty.confidence);
-        Drift { last: VecDeque::with_capacity(LAST), wanted, is_said: false }
+        let is_watching = wanted.is_some() || card.has_gate();
+        Drift { last: VecDeque::with_capacity(LAST), wanted, is_watching, is_said: false }
     }
 
     /// Takes a decision, and warns once where the last hundred are unlike those that the model was fitted on.
     pub fn push(&mut self, is_unknown: bool, confidence: f64) {
-        if self.wanted.is_none() {
+        if !self.is_watching {
             return;
         }
         if self.last.len() == LAST {
@@ -47,19 +50,18 @@ impl Drift {
 
     /// Says what is wrong with a hundred decisions.
     fn words(&self) -> Option<String> {
-        let wanted = self.wanted?;
         let (unknown, sure) = self.means()?;
-        let (unknown, low) = ((unknown * LAST as f64).round() as usize, sure < wanted - LESS_SURE);
-        let why = match (unknown >= UNKNOWN, low) {
+        let unknown = (unknown * LAST as f64).round() as usize;
+        let why = match (unknown >= UNKNOWN, self.wanted.filter(|wanted| sure < wanted - LESS_SURE)) {
             (true, _) => format!(
                 "{unknown} of the last {LAST} windows are unknown to the model, where 5 are to be expected of windows that begin as in training (--contact, --hop)"
             ),
-            (false, true) => format!(
+            (false, Some(wanted)) => format!(
                 "the last {LAST} answers are {:.0} % sure on average, and were {:.0} % on the samples that the model was fitted on",
                 100.0 * sure,
                 100.0 * wanted
             ),
-            (false, false) => return None,
+            (false, None) => return None,
         };
         Some(format!(
             "the stream has drifted: {why}; look at the sensor, record again, and calibrate or fit anew. It is said once"
@@ -78,7 +80,8 @@ impl Drift {
     pub fn json(&self) -> Value {
         match self.means() {
             Some((unknown, sure)) => json!({
-                "windows": self.last.len(), "unknown": unknown, "confidence": sure, "confidence_when_fitted": self.wanted,
+                "windows": self.last.len(), "unknown": unknown, "confidence": self.wanted.map(|_| sure),
+                "confidence_when_fitted": self.wanted,
             }),
             None => Value::Null,
         }
@@ -90,7 +93,11 @@ mod tests {
     use super::*;
 
     fn drift(decisions: impl Iterator<Item = (bool, f64)>) -> Option<String> {
-        let mut drift = Drift { last: VecDeque::new(), wanted: Some(0.9), is_said: true };
+        drift_of(Some(0.9), decisions)
+    }
+
+    fn drift_of(wanted: Option<f64>, decisions: impl Iterator<Item = (bool, f64)>) -> Option<String> {
+        let mut drift = Drift { last: VecDeque::new(), wanted, is_watching: true, is_said: true };
         decisions.for_each(|(is_unknown, sure)| drift.push(is_unknown, sure));
         drift.words()
     }
@@ -104,5 +111,11 @@ mod tests {
         );
         assert_eq!(drift((0..200).map(|i| (i < 80, 0.9))), None);
         assert!(drift((0..100).map(|_| (false, 0.6))).is_some_and(|words| words.contains("60 % sure")));
+        // Values have no confidence.
+        assert_eq!(drift_of(None, (0..100).map(|i| (i > 90, 0.0))), None);
+        assert!(
+            drift_of(None, (0..100).map(|i| (i > 80, 0.0)))
+                .is_some_and(|words| words.contains("19 of the last 100"))
+        );
     }
 }

@@ -52,8 +52,8 @@ const OFF: f64 = 0.1;
 /// last time step of the window, from 0. class and probabilities; where the model's encoding refuses a window, class is null
 /// and refused says why. familiarity: the share of held-out samples that were less like what the model has learned; at 0.05 or
 /// below (--unknown) class is unknown, and likeliest names the nearest. set: with --set. Of values: values by name, their
-/// unit, and interval, which holds the true value in nine of ten windows (--set). latency_ms: from the arrival of that time step to the decision. seen:
-/// the share of the window that was there. dead, stuck and saturated: channels by position from 0 or by name. A dead channel is at rest and has never
+/// unit, and interval, which holds the true value in nine of ten windows (--set); unknown is true, and there is no interval, where
+/// they are of an unknown window. latency_ms: from the arrival of that time step to the decision. seen: the share of the window that was there. dead, stuck and saturated: channels by position from 0 or by name. A dead channel is at rest and has never
 /// moved, a stuck one has stopped moving elsewhere or stopped flickering, a saturated one was at full scale in the window.
 ///
 /// At the end, of the input or by Ctrl-C or SIGTERM, a summary follows on standard error, one line of JSON: time steps,

@@ -45,6 +45,11 @@ struct DecisionLine<'a> {
     /// Units of the values.
     #[serde(skip_serializing_if = "Option::is_none")]
     unit: Option<ByName<'a, Option<String>>>,
+    /// Of values: whether they are of a window that is unlike those of the training.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    unknown: Option<bool>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    familiarity: Option<f32>,
     #[serde(flatten)]
     labels: Option<PredictedLabels<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -66,8 +71,6 @@ struct PredictedLabels<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     set: Option<Sets<'a>>,
     probabilities: Option<ByName<'a, f32>>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    familiarity: Option<f32>,
 }
 
 /// The likeliest class, or that of each attribute by its name.
@@ -206,13 +209,14 @@ impl DecisionWriter {
                 .filter(|_| !decision.intervals.is_empty())
                 .map(|_| ByName(&self.outputs, decision.intervals)),
             unit: outputs.filter(|_| !has_labels).map(|_| ByName(&self.outputs, &self.units)),
+            unknown: decision.familiarity.filter(|_| !has_labels).map(|_| decision.is_unknown),
+            familiarity: decision.familiarity,
             labels: has_labels.then(|| PredictedLabels {
                 class: classes.map(|classes| LikeliestClasses { is_unknown: decision.is_unknown, ..classes }),
                 likeliest: classes.filter(|_| decision.is_unknown),
                 set: outputs.zip(self.sets.as_ref()).map(|(probabilities, sets)| {
                     Sets(&self.attributes, set_of(sets, probabilities, &self.levels, decision.is_unknown))
                 }),
-                familiarity: decision.familiarity,
                 probabilities: outputs.map(|probabilities| ByName(&self.outputs, probabilities)),
             }),
             refused,

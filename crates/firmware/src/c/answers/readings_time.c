@@ -1,0 +1,12 @@
+    numbers[0] = mean;
+    numbers[1] = logarithm_of(spread);
+    numbers[2] = logarithm_of(within);
+    numbers[3] = logarithm_of(change);
+    numbers[4] = less(numbers[3], numbers[2]);
+    numbers[5] = low;
+    numbers[6] = high;
+    numbers[7] = root(between);
+    numbers[8] = least;
+    numbers[9] = most;
+    numbers[10] = bottom;
+    numbers[11] = top;

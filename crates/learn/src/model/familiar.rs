@@ -1,0 +1,44 @@
+//! Whether a sample is like those that a model has learned from, by what its card holds.
+
+use crate::certainty::{Certainty, Readings, Seen};
+use crate::model::card::Card;
+
+impl Card {
+    /// Checks whether the model tells samples that are unlike those that it has learned from.
+    pub fn has_gate(&self) -> bool {
+        self.certainty.as_ref().is_some_and(Certainty::has_gate) || self.readings_gate().is_some()
+    }
+
+    /// Returns the gate of readings, of classes or of values.
+    pub fn readings_gate(&self) -> Option<&Readings> {
+        let of_classes = self.certainty.as_ref().and_then(|certainty| certainty.readings.as_ref());
+        of_classes.or_else(|| self.intervals.as_ref()?.readings.as_ref())
+    }
+
+    /// Returns the distances by logits and by readings beyond which the familiarity of a sample is at most `share`, 0..1; none where no
+    /// distance is enough, and without that gate.
+    pub fn unknown_beyond(&self, share: f32) -> [Option<f32>; 2] {
+        let seen = self.certainty.as_ref().and_then(|certainty| certainty.seen.as_ref());
+        match (self.readings_gate(), seen) {
+            (Some(gate), seen) => gate.limits(seen.map(|seen| seen.distances.as_slice()), share),
+            (None, seen) => [seen.and_then(|seen| Seen::limit(seen, share)), None],
+        }
+    }
+
+    /// Returns the familiarity of a sample, 0.01..1, as [`Certainty::familiarity`] does. Of values the readings alone tell.
+    pub(crate) fn familiarity(
+        &self,
+        logits: Option<&[f32]>,
+        summary: Option<&[f32]>,
+        seen: f64,
+        scratch: &mut Vec<f64>,
+    ) -> Option<f32> {
+        match &self.certainty {
+            Some(certainty) => certainty.familiarity(logits, summary, seen, scratch),
+            None => {
+                let summary = summary.filter(|_| seen >= 1.0)?;
+                Some(self.readings_gate()?.familiarity(None, summary))
+            }
+        }
+    }
+}
