@@ -122,6 +122,7 @@ fn every_command_takes_a_run_of_values_and_counts_in_their_unit() {
     for page in ["run/report.html", "small/index.html"] {
         refuse_words_of_classes(page, &visible(&folder.text(page)));
     }
+    assert!(visible(&folder.text("run/report.html")).contains("Samples that are answered as unknown"));
     // Files that are read again keep one key for all metrics, and say which it is.
     for file in ["run/judgement.json", "small/shrink.json"] {
         assert!(folder.text(file).contains("\"mae\""), "{file}");

@@ -1,6 +1,13 @@
-/* The square root, rounded to even, digit by digit. */
+/* The square root, rounded to even: by the processor where it has that, else digit by digit. */
 static float root(float x)
 {
+#if defined(__GNUC__) && defined(__arm__) && defined(__ARM_FP) && (__ARM_FP & 4)
+    __asm__("vsqrt.f32 %0, %0" : "+t"(x));
+    return x;
+#elif defined(__GNUC__) && defined(__riscv_flen)
+    __asm__("fsqrt.s %0, %0" : "+f"(x));
+    return x;
+#else
     uint32_t bits = bits_of(x);
     int32_t exponent;
     uint64_t rest, result = 0, digit = (uint64_t)1 << 48;
@@ -24,4 +31,5 @@ static float root(float x)
     }
     bits = (uint32_t)((result + 1u) >> 1);
     return float_of((bits - 0x800000u) + ((uint32_t)(exponent / 2 + 127) << 23));
+#endif
 }

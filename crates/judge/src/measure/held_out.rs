@@ -3,7 +3,7 @@
 use ndarray::{ArrayD, Axis};
 use rayon::prelude::*;
 use taxel_learn::FoldKey;
-use taxel_learn::certainty::{HeldOut, Place, fitted_apart};
+use taxel_learn::certainty::{Gates, HeldOut, Place, fitted_apart};
 
 use super::apart::Apart;
 use super::early::{SHARES, started};
@@ -46,13 +46,19 @@ pub fn held_out(case: &Case, name: &str, threads: usize) -> Result<Option<HeldOu
     Ok(whole.pop().map(|whole| HeldOutRow { whole, starts }))
 }
 
-/// Fits temperature and gate of each fold of the rows `names` to at most `most` test samples of the other folds. Nothing of
-/// values.
+/// Fits temperature and gates of each fold of the rows `names` to at most `most` test samples of the other folds. Of values, which
+/// have no probabilities, the gate of readings.
 ///
 /// # Errors
 /// Models that are missing.
 pub(super) fn apart(case: &Case, names: &[&str], most: usize, threads: usize) -> Result<Apart> {
     let mut all = Apart::new();
+    if case.dataset.targets.labels().is_none() {
+        for name in names {
+            all.extend(of_readings(case, name, most)?);
+        }
+        return Ok(all);
+    }
     for name in names {
         let Some(none) = no_samples(case, name)? else { return Ok(all) };
         let mut whole = vec![none];
@@ -63,6 +69,20 @@ pub(super) fn apart(case: &Case, names: &[&str], most: usize, threads: usize) ->
         all.extend(of_folds.map(|(fold, fitted)| ((name.to_string(), fold), fitted)));
     }
     Ok(all)
+}
+
+/// Fits the gate of readings of each fold of a row to at most `most` test samples of the other folds.
+fn of_readings(case: &Case, name: &str, most: usize) -> Result<Apart> {
+    let raw = (case.dataset.spec.layout, &*case.dataset.x);
+    let groups = case.dataset.groups.as_deref().filter(|_| case.results.protocol.keeps_groups());
+    let (parts, _) = parts(case, &[name], most)?;
+    let of_fold = |fold: usize| {
+        let others = parts.iter().filter(|part| parts.len() == 1 || part.fold != fold);
+        let rows: Vec<usize> = others.flat_map(|part| part.rows.iter().copied()).collect();
+        let groups: Option<Vec<u32>> = groups.map(|groups| rows.iter().map(|row| groups[*row]).collect());
+        ((name.to_string(), fold as u32), (1.0, Gates::of_readings(&rows, groups.as_deref(), raw)))
+    };
+    Ok(parts.iter().map(|part| of_fold(part.fold)).collect())
 }
 
 /// Begins without samples, but with the places of the models of a row. None of values.

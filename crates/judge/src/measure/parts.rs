@@ -52,6 +52,8 @@ pub(super) struct PartOutcome {
     pub refused: usize,
     /// How sure the answers are at the temperature of the other folds; none of values.
     pub sure: Option<SureCount>,
+    /// Samples that the gates of the other folds find unknown, and all; none without gates.
+    pub unknown: Option<(usize, usize)>,
 }
 
 /// Answers of a part counted by how sure they are.
@@ -63,22 +65,14 @@ pub(super) struct SureCount {
     pub sure: usize,
     /// Those of them that are right.
     pub right: usize,
-    /// Samples that the gate of the other folds finds unknown, and all; none without a gate.
-    pub unknown: Option<(usize, usize)>,
 }
 
 impl SureCount {
-    /// Counts the answers for samples `x`, as the model reads them, at a temperature, and what gates refuse of them.
-    fn of(
-        outputs: &RawOutputs,
-        outcome: &Outcome,
-        levels: &Levels,
-        (temperature, gates): &(f64, Gates),
-        x: (Layout, &ArrayD<f32>),
-    ) -> Self {
+    /// Counts answers at a temperature.
+    fn of(outputs: &RawOutputs, outcome: &Outcome, levels: &Levels, temperature: f64) -> Self {
         let (truth, _) = outcome.labels();
         let mut probabilities = outputs.outputs.clone();
-        tempered(&mut probabilities, levels.sizes(), *temperature);
+        tempered(&mut probabilities, levels.sizes(), temperature);
         let mut count = SureCount::default();
         for (at, answers) in answers(&probabilities, truth, levels).into_iter().enumerate() {
             let is_refused = outputs.refused.contains(&at);
@@ -89,12 +83,15 @@ impl SureCount {
                 count.right += usize::from(is_sure && is_right);
             }
         }
-        count.unknown = gates.familiarities(&outputs.logits, (x.0, x.1)).map(|familiarity| {
-            let is_unknown = |at: &usize| outputs.refused.contains(at) || familiarity[*at] <= FALSE_ALARMS;
-            ((0..familiarity.len()).filter(is_unknown).count(), familiarity.len())
-        });
         count
     }
+}
+
+/// Counts the samples `x`, as a model reads them, that gates find unknown, and all; none without gates.
+fn unknown(outputs: &RawOutputs, gates: &Gates, x: (Layout, &ArrayD<f32>)) -> Option<(usize, usize)> {
+    let familiarity = gates.familiarities(&outputs.logits, (x.0, x.1))?;
+    let is_unknown = |at: &usize| outputs.refused.contains(at) || familiarity[*at] <= FALSE_ALARMS;
+    Some(((0..familiarity.len()).filter(is_unknown).count(), familiarity.len()))
 }
 
 /// Returns the test parts of the first repetition, thinned out evenly to `most` samples, and the number of all samples.
@@ -223,7 +220,8 @@ impl PartModels {
                 _ => None,
             };
             let fitted = apart.get(&(key.network.clone(), part.fold as u32));
-            let layout = case.dataset.spec.layout;
+            let (layout, levels) = (case.dataset.spec.layout, case.levels());
+            let has_labels = case.dataset.targets.labels().is_some();
             let of = |(outputs, x): (RawOutputs, &ArrayD<f32>)| {
                 let outcome = outcome(&case.dataset.targets, part, outputs.clone());
                 PartOutcome {
@@ -231,8 +229,10 @@ impl PartModels {
                     fold: part.fold,
                     broken,
                     refused: outputs.refused.len(),
+                    unknown: fitted.and_then(|(_, gates)| unknown(&outputs, gates, (layout, x))),
                     sure: fitted
-                        .map(|fitted| SureCount::of(&outputs, &outcome, &case.levels(), fitted, (layout, x))),
+                        .filter(|_| has_labels)
+                        .map(|(temperature, _)| SureCount::of(&outputs, &outcome, &levels, *temperature)),
                     outcome,
                 }
             };

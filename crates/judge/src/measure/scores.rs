@@ -20,7 +20,7 @@ pub(super) fn score(task: &Task, outcomes: &[&PartOutcome]) -> Result<Score> {
 
 /// Returns the share of samples that gates of the other folds find unknown; none where a fold has no gate.
 fn unknown(outcomes: &[&PartOutcome]) -> Option<f64> {
-    let counts = outcomes.iter().map(|part| part.sure?.unknown).collect::<Option<Vec<_>>>()?;
+    let counts = outcomes.iter().map(|part| part.unknown).collect::<Option<Vec<_>>>()?;
     let [unknown, all] = [0, 1].map(|at| counts.iter().map(|count| [count.0, count.1][at]).sum::<usize>());
     (all > 0).then(|| unknown as f64 / all as f64)
 }

@@ -52,6 +52,12 @@ impl Gates {
         Gates { seen: seen.and_then(placed), readings }
     }
 
+    /// Fits the gate of readings alone to `rows` of the raw samples `x` `[n, ..]` of that layout, whose `groups` are kept together.
+    pub fn of_readings(rows: &[usize], groups: Option<&[u32]>, raw: (Layout, &ArrayRef<f32, IxDyn>)) -> Self {
+        let fitted = Readings::of_rows(rows, &apart(rows, groups), raw);
+        Gates { seen: None, readings: fitted.map(|(gate, _)| gate) }
+    }
+
     /// Fits the gate of readings beside that of logits.
     fn readings(
         held: &HeldOut,

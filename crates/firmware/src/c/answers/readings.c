@@ -2,13 +2,7 @@ typedef struct {
     float mean, spread, change, low, high;
 } channel_numbers;
 
-/* Eight sums beside each other, and that of the rest. */
-static void add_to(float *sums, uint32_t at, uint32_t whole, float value)
-{
-    float *const to = &sums[at < whole ? at % 8u : 8u];
-    *to = plus(*to, value);
-}
-
+/* Adds up eight sums that ran beside each other, and that of the rest. */
 static float total_of(const float *sums)
 {
     float total = 0.0f;
@@ -21,30 +15,33 @@ static float total_of(const float *sums)
 
 static channel_numbers numbers_of(const float *values)
 {
-    const uint32_t steps = @steps_of_channel@u, by_step = @distance_of_steps@u, changes = steps - 1u;
-    const float first = values[0], count = (float)steps;
-    float off[9] = {0.0f}, squares[9] = {0.0f}, turns[9] = {0.0f};
+    const uint32_t steps = @steps_of_channel@u, by_step = @distance_of_steps@u, turns = steps - 1u;
+    const float first = values[0];
+    float off[9] = {0.0f}, squares[9] = {0.0f}, changes[9] = {0.0f};
     channel_numbers found = {first, 0.0f, 0.0f, first, first};
-    float mean_off;
+    float mean_off, before = first;
     uint32_t step;
     for (step = 0; step < steps; step++) {
         const float value = values[step * by_step];
-        add_to(off, step, steps / 8u * 8u, less(value, first));
+        float *const sum = &off[step < steps / 8u * 8u ? step % 8u : 8u];
+        *sum = plus(*sum, less(value, first));
         found.low = value < found.low ? value : found.low;
         found.high = value > found.high ? value : found.high;
     }
-    mean_off = over(total_of(off), count);
+    mean_off = over(total_of(off), (float)steps);
     for (step = 0; step < steps; step++) {
-        const float apart = less(less(values[step * by_step], first), mean_off);
-        add_to(squares, step, steps / 8u * 8u, times(apart, apart));
-    }
-    for (step = 0; step < changes; step++) {
-        const float turn = less(values[(step + 1u) * by_step], values[step * by_step]);
-        add_to(turns, step, changes / 8u * 8u, times(turn, turn));
+        const float value = values[step * by_step], apart = less(less(value, first), mean_off), turn = less(value, before);
+        float *const square = &squares[step < steps / 8u * 8u ? step % 8u : 8u];
+        *square = plus(*square, times(apart, apart));
+        if (step > 0u) {
+            float *const change = &changes[step - 1u < turns / 8u * 8u ? (step - 1u) % 8u : 8u];
+            *change = plus(*change, times(turn, turn));
+        }
+        before = value;
     }
     found.mean = plus(first, mean_off);
-    found.spread = root(over(total_of(squares), count));
-    found.change = root(over(total_of(turns), changes > 0u ? (float)changes : 1.0f));
+    found.spread = root(over(total_of(squares), (float)steps));
+    found.change = root(over(total_of(changes), turns > 0u ? (float)turns : 1.0f));
     return found;
 }
 @across@

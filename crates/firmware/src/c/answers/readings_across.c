@@ -7,7 +7,8 @@ static float across_of(const float *sample)
     uint32_t i;
     for (i = 0; i < pairs; i++) {
         const float apart = less(sample[i + @steps_of_channel@u], sample[i]);
-        add_to(squares, i, pairs / 8u * 8u, times(apart, apart));
+        float *const square = &squares[i < pairs / 8u * 8u ? i % 8u : 8u];
+        *square = plus(*square, times(apart, apart));
     }
     return root(over(total_of(squares), pairs > 0u ? (float)pairs : 1.0f));
 }
