@@ -245,6 +245,7 @@ impl PageParts<'_> {
             }
             @for scatter in drawn { (chart(scatter, tables::ERRORS)) }
             (table)
+            (self.table(tables::UNKNOWN).unwrap_or_default())
         })
     }
 

@@ -161,7 +161,7 @@ impl Summary {
     /// Returns the root mean square of the differences between neighbouring rows, 0 of one row.
     fn across(&self, sample: &[f32]) -> f32 {
         let next = &sample[self.axes.steps.min(sample.len())..];
-        let squares = sum(next.len(), |at| (next[at] - sample[at]).powi(2));
+        let squares = squared_differences(next, sample);
         (squares / next.len().max(1) as f32).sqrt()
     }
 }
@@ -169,43 +169,68 @@ impl Summary {
 impl Channel {
     fn of(values: &[f32]) -> Self {
         let (count, first) = (values.len().max(1) as f32, values.first().copied().unwrap_or(0.0));
-        let off = sum(values.len(), |at| values[at] - first) / count;
-        let squares = sum(values.len(), |at| (values[at] - first - off).powi(2));
-        let next = values.get(1..).unwrap_or_default();
-        let changes = sum(next.len(), |at| (next[at] - values[at]).powi(2));
-        let mut ends = [[first; LANES]; 2];
-        for piece in values.chunks(LANES) {
-            for ((low, high), value) in lanes(&mut ends).zip(piece) {
-                *low = low.min(*value);
-                *high = high.max(*value);
+        let (whole, rest) = values.as_chunks::<LANES>();
+        let (mut sums, mut low, mut high) = ([0.0; LANES], [first; LANES], [first; LANES]);
+        for piece in whole {
+            for lane in 0..LANES {
+                sums[lane] += piece[lane] - first;
+                low[lane] = least(low[lane], piece[lane]);
+                high[lane] = most(high[lane], piece[lane]);
             }
         }
+        let mean_off = total(sums, rest.iter().map(|value| value - first)) / count;
+        let mut squares = [0.0; LANES];
+        for piece in whole {
+            for lane in 0..LANES {
+                squares[lane] += square(piece[lane] - first - mean_off);
+            }
+        }
+        let squares = total(squares, rest.iter().map(|value| square(value - first - mean_off)));
+        let next = values.get(1..).unwrap_or_default();
+        let changes = squared_differences(next, values);
+        let ends = |lanes: [f32; LANES], end: fn(f32, f32) -> f32| {
+            lanes.iter().chain(rest).copied().fold(first, end)
+        };
         Channel {
-            mean: first + off,
+            mean: first + mean_off,
             spread: (squares / count).sqrt(),
             change: (changes / next.len().max(1) as f32).sqrt(),
-            low: ends[0].iter().copied().fold(first, f32::min),
-            high: ends[1].iter().copied().fold(first, f32::max),
+            low: ends(low, least),
+            high: ends(high, most),
         }
     }
 }
 
-fn lanes(ends: &mut [[f32; LANES]; 2]) -> impl Iterator<Item = (&mut f32, &mut f32)> {
-    let [low, high] = ends;
-    low.iter_mut().zip(high)
+fn square(value: f32) -> f32 {
+    value * value
 }
 
-/// Sums `count` values, [`LANES`] beside each other.
-fn sum(count: usize, value: impl Fn(usize) -> f32) -> f32 {
-    let mut sums = [0.0f32; LANES];
-    let whole = count / LANES * LANES;
-    for first in (0..whole).step_by(LANES) {
-        for (lane, sum) in sums.iter_mut().enumerate() {
-            *sum += value(first + lane);
+/// Returns the lesser of two numbers, in one instruction.
+fn least(a: f32, b: f32) -> f32 {
+    if b < a { b } else { a }
+}
+
+/// Returns the greater of two numbers, in one instruction.
+fn most(a: f32, b: f32) -> f32 {
+    if b > a { b } else { a }
+}
+
+/// Sums the squared differences of as many values as `a` has.
+fn squared_differences(a: &[f32], b: &[f32]) -> f32 {
+    let b = &b[..a.len()];
+    let ((a, rest_a), (b, rest_b)) = (a.as_chunks::<LANES>(), b.as_chunks::<LANES>());
+    let mut sums = [0.0; LANES];
+    for (a, b) in a.iter().zip(b) {
+        for lane in 0..LANES {
+            sums[lane] += square(a[lane] - b[lane]);
         }
     }
-    let rest: f32 = (whole..count).map(value).sum();
-    sums.iter().sum::<f32>() + rest
+    total(sums, rest_a.iter().zip(rest_b).map(|(a, b)| square(a - b)))
+}
+
+/// Adds up sums that ran beside each other, and the values of the rest.
+fn total(sums: [f32; LANES], rest: impl Iterator<Item = f32>) -> f32 {
+    sums.iter().sum::<f32>() + rest.sum::<f32>()
 }
 
 #[cfg(test)]
