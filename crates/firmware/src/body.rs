@@ -1,13 +1,13 @@
 //! The computation of a method, as C: a network in eight bits, or a linear model on features.
 
-use crate::arena::Arena;
+use crate::arena::{Arena, element, offset};
 use crate::cores::Counts;
 use crate::encoding::Encoding;
 use crate::fuse::fuse;
 use crate::layer::{Layer, Stage, Work};
 use crate::lower::{Network, lower};
 use crate::size::Size;
-use crate::source::{Source, element, margins, offset};
+use crate::source::{Source, margins};
 
 /// The C of a method, and what it needs.
 #[derive(Debug)]
@@ -68,7 +68,7 @@ impl Body {
             code_bytes: Size::code(&source.kernels),
             counts: Some(Counts::of(&network.layers, encoding.operations(sample))),
             whole_bytes: source.whole_bytes,
-            macs: network.layers.iter().map(|layer| layer.work.macs()).sum(),
+            macs: network.layers.iter().map(Layer::macs).sum(),
             arena: arena.len,
             stage_at: offset(&to, &arena) / element(&to),
             stage_margins: margins(&network, &arena, to.memory),

@@ -115,6 +115,16 @@ impl Core {
         }
     }
 
+    /// Returns about how many instructions a product of floats takes in a convolution, rounded once as the runtime does.
+    pub(crate) fn float_product(self) -> f64 {
+        match self {
+            Core::M0 => 900.0,
+            Core::M3 => 400.0,
+            Core::Rv32imac => 500.0,
+            _ => 2.0,
+        }
+    }
+
     /// Estimates the instructions of a prediction.
     pub(crate) fn instructions(self, counts: &Counts) -> usize {
         let Counts { products, single, others, floats } = *counts;

@@ -45,6 +45,7 @@ mod check;
 mod cores;
 mod encoding;
 mod error;
+mod floats;
 mod fuse;
 mod gate;
 mod kernel;
