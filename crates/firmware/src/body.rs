@@ -3,6 +3,7 @@
 use crate::arena::{Arena, element, offset};
 use crate::cores::Counts;
 use crate::encoding::Encoding;
+use crate::floats::in_place::in_place;
 use crate::fuse::fuse;
 use crate::layer::{Layer, Stage, Work};
 use crate::lower::{Network, lower};
@@ -35,6 +36,8 @@ pub(crate) struct Body {
     /// First byte of the outputs, and their number.
     pub outputs_at: usize,
     pub outputs: usize,
+    /// Whether it needs an FPU with fused products.
+    pub needs_fpu: bool,
     /// Layers whose endings the test tries.
     pub layers: Vec<Layer>,
 }
@@ -49,7 +52,7 @@ impl Body {
         encoding: &Encoding,
         sample: [usize; 2],
     ) -> Result<Self, String> {
-        let network = fuse(lower(blueprint, encoding.shape(sample))?);
+        let network = in_place(fuse(lower(blueprint, encoding.shape(sample))?));
         let staged = network.layers.iter().rev().find_map(|layer| match &layer.work {
             Work::Stage(stage) => Some((stage.clone(), layer.to)),
             _ => None,
@@ -77,6 +80,7 @@ impl Body {
             outputs: network.logits.channels,
             tables: source.tables,
             calls: source.calls,
+            needs_fpu: network.layers.iter().any(|layer| matches!(layer.work, Work::Floats(_))),
             layers: network.layers,
         })
     }

@@ -5,16 +5,11 @@ mod common;
 
 use common::{Case, classes, values, z_score};
 use taxel_firmware::Spread;
-use taxel_kernels::simd::{Level, level};
+use taxel_runtime::has_fused_products;
 
 /// Ways to compile C on this computer: products fused by doubles, by the processor, and with an optimiser that likes to reorder.
 const C99: [&[&str]; 3] =
     [&["-std=c99", "-Os"], &["-std=gnu99", "-O3", "-march=native"], &["-std=c99", "-O2", "-ffast-math"]];
-
-/// Checks whether the runtime fuses products on this processor, as the C does on all.
-fn has_fused_products() -> bool {
-    level() != Level::Portable
-}
 
 #[test]
 fn networks_in_floats_have_the_same_bits() {

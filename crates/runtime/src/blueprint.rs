@@ -3,6 +3,7 @@
 use taxel_graph::{Graph, Weights};
 use taxel_kernels::frozen::bytes::ByteScale;
 use taxel_kernels::frozen::{ImagePlace, Pooling, Reach};
+use taxel_kernels::simd::{Level, level};
 use taxel_kernels::{Rectifier, Window3, lstm};
 
 use crate::byte_kernel::Whole;
@@ -27,6 +28,12 @@ pub struct Blueprint {
     pub steps: Vec<PlannedStep>,
     /// Names of the outputs, and the steps that compute them.
     pub outputs: Vec<(String, usize)>,
+}
+
+/// Checks whether products of floats are fused with sums on this processor: then networks in floats predict the same bits on all
+/// others of that kind.
+pub fn has_fused_products() -> bool {
+    level() != Level::Portable
 }
 
 /// A step and the value that it computes.

@@ -44,6 +44,7 @@ mod weights;
 
 pub use blueprint::{
     Blueprint, PlannedConv, PlannedFloatConv, PlannedFloatLinear, PlannedLstm, PlannedOp, PlannedStep,
+    has_fused_products,
 };
 pub use error::{Error, Result};
 pub use frozen::{Frozen, Workspace};
