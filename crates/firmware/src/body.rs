@@ -80,7 +80,10 @@ impl Body {
             outputs: network.logits.channels,
             tables: source.tables,
             calls: source.calls,
-            needs_fpu: network.layers.iter().any(|layer| matches!(layer.work, Work::Floats(_))),
+            needs_fpu: network
+                .layers
+                .iter()
+                .any(|layer| matches!(&layer.work, Work::Floats(work) if work.is_fused())),
             layers: network.layers,
         })
     }

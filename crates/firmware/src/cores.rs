@@ -86,7 +86,7 @@ impl Counts {
 
     fn add_floats(&mut self, work: &FloatWork, to: &Row) {
         let macs = work.macs(to.positions, to.channels);
-        self.is_float = true;
+        self.is_float |= work.is_fused();
         match work {
             FloatWork::Conv(_) => {
                 // Four positions share weights; those that are left do not.
@@ -162,10 +162,14 @@ impl Core {
     /// Returns the instructions for each of the [`Counts`] of floats, by least squares of shares.
     fn each_float(self) -> [f64; 4] {
         match self {
-            Core::M0 => [900.0, 900.0, 0.0, 0.0],
-            Core::M3 => [400.0, 400.0, 0.0, 0.0],
-            Core::Rv32imac => [500.0, 500.0, 0.0, 0.0],
-            _ => [1.8, 3.3, 30.0, 500.0],
+            Core::M0 => [1276.85, 1276.85, 0.0, 0.0],
+            Core::M3 => [478.4, 533.65, 0.0, 0.0],
+            Core::M4f => [1.68, 3.24, 15.73, 400.74],
+            Core::M7 => [1.68, 3.24, 15.64, 404.37],
+            Core::M33 => [1.68, 3.25, 15.74, 400.68],
+            Core::M55 => [1.64, 3.28, 14.16, 389.4],
+            Core::Rv32imac => [891.52, 972.0, 0.0, 0.0],
+            Core::Rv32imafc => [1.89, 3.03, 13.06, 439.97],
         }
     }
 

@@ -91,7 +91,9 @@ impl Source {
                     FloatSource::new(number, layer, work, arena);
                 self.tables += &tables;
                 self.kernels.extend(&kernels);
-                self.kernels.insert(Kernel::Fused);
+                if work.is_fused() {
+                    self.kernels.insert(Kernel::Fused);
+                }
                 if let Some(&kernel) = kernels.last() {
                     self.described(number, layer, kernel, function, &fields, table_bytes);
                 }

@@ -16,14 +16,26 @@ fn networks_in_floats_have_the_same_bits() {
     if !has_fused_products() {
         return;
     }
-    for name in ["resnet8-lite-1d", "mlp", "deep-mlp", "ds-cnn-1d", "layer-norm-mlp"] {
-        Case::floats(name, z_score(), classes(Some(1.3))).has_the_same_bits("cc", &C99);
+    for name in ["resnet8-lite-1d", "mlp", "ds-cnn-1d", "layer-norm-mlp"] {
+        Case::floats(name, z_score(), classes(None)).has_the_same_bits("cc", &C99);
     }
     for name in ["densenet6-lite-1d", "vgg6-lite-1d", "dilated-resnet-1d"] {
         Case::floats(name, z_score(), classes(None)).has_the_same_bits("cc", &C99[1..2]);
     }
-    Case::floats("resnet8-lite-1d", z_score(), values(Spread::Alike, None))
-        .has_the_same_bits("cc", &C99[1..2]);
+    let mut forces = Case::floats("resnet8-lite-1d", z_score(), values(Spread::Alike, None));
+    forces.name = "values-f32".into();
+    forces.has_the_same_bits("cc", &C99[1..2]);
+}
+
+#[test]
+fn bytes_and_floats_go_together() {
+    if has_fused_products() {
+        for name in ["lstm", "layer-norm-mlp"] {
+            let mut case = Case::new(name, z_score(), classes(None));
+            case.name = format!("{name}-int8");
+            case.has_the_same_bits("cc", &C99[1..2]);
+        }
+    }
 }
 
 #[test]

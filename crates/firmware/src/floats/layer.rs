@@ -80,6 +80,11 @@ pub(crate) struct Lstm {
 }
 
 impl FloatWork {
+    /// Checks whether products are fused with sums, for which a processor needs an FPU.
+    pub fn is_fused(&self) -> bool {
+        !matches!(self, FloatWork::Norm { .. })
+    }
+
     /// Returns the products of weights and values of a layer that stores `positions` × `channels`.
     pub fn macs(&self, positions: usize, channels: usize) -> usize {
         match self {

@@ -20,7 +20,7 @@ static void float_sums_4x4(const float_job *j, const float *x, uint32_t step, fo
     four s0 = j->start, s1 = j->start, s2 = j->start, s3 = j->start;
     uint32_t segment = j->segments;
     do {
-        const float *end = a + j->run;
+        uint32_t left = j->run;
         do {
             const four v = four_at(w);
             s0 = four_fused(*a, v, s0);
@@ -31,8 +31,9 @@ static void float_sums_4x4(const float_job *j, const float *x, uint32_t step, fo
             b++;
             c++;
             d++;
-            w += 4;
-        } while (a != end);
+            w = &w[4];
+            left--;
+        } while (left != 0u);
         a += j->gap;
         b += j->gap;
         c += j->gap;
@@ -52,12 +53,13 @@ static void float_sums_1x4(const float_job *j, const float *x, four sums[4])
     four s = j->start;
     uint32_t segment = j->segments;
     do {
-        const float *end = x + j->run;
+        uint32_t left = j->run;
         do {
             s = four_fused(*x, four_at(w), s);
             x++;
-            w += 4;
-        } while (x != end);
+            w = &w[4];
+            left--;
+        } while (left != 0u);
         x += j->gap;
         segment--;
     } while (segment != 0u);
@@ -72,12 +74,13 @@ static void float_filters(const float_conv_layer *l, const float_job *j, const f
     const float *addend = l->has_addend != 0u ? arena + l->addend + filter : NULL;
     uint32_t position = 0, i;
     while (position < l->positions) {
-        const uint32_t count = position + 4u <= l->positions ? 4u : 1u;
+        uint32_t count = 4u;
         four sums[4];
-        if (count == 4u) {
+        if (position + 4u <= l->positions) {
             float_sums_4x4(j, x, l->step, sums);
         } else {
             float_sums_1x4(j, x, sums);
+            count = 1u;
         }
         for (i = 0; i < count; i++) {
             store_four(y, sums[i], addend, width, l->rectifier);
@@ -104,7 +107,7 @@ static void float_conv(const float_conv_layer *l, float *arena)
             j.start = four_at(bias);
             float_filters(l, &j, x, arena, group * each + first, each - first < 4u ? each - first : 4u);
             j.w += 4u * depth;
-            bias += 4;
+            bias = &bias[4];
         }
         x += l->channels;
     }

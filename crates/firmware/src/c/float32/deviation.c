@@ -18,7 +18,7 @@ static float sum_of(const float *x, uint32_t pitch, uint32_t count, const float 
         } else {
             *sum = plus(*sum, *x);
         }
-        x += pitch;
+        x = &x[pitch];
     }
     return plus(plus(sums[0], sums[1]), plus(sums[2], sums[3]));
 }

@@ -20,8 +20,8 @@ static float fused(float a, float b, float c)
 {
     const double product = keep_double((double)a * (double)b), addend = (double)c;
     double sum = keep_double(product + addend);
-    const double taken = keep_double(sum - product);
-    const double error = keep_double(keep_double(product - keep_double(sum - taken)) + keep_double(addend - taken));
+    const double rest = keep_double(sum - product);
+    const double error = keep_double(keep_double(product - keep_double(sum - rest)) + keep_double(addend - rest));
     uint64_t bits;
     (void)memcpy(&bits, &sum, sizeof bits);
     if ((error > 0.0 || error < 0.0) && (bits & 1u) == 0u) {
@@ -31,8 +31,19 @@ static float fused(float a, float b, float c)
     return (float)sum;
 }
 #else
-/* a * b + c, rounded once. */
-INLINE float fused(float a, float b, float c) { return __builtin_fmaf(a, b, c); }
+/* a * b + c, rounded once. clang calls libm where a function could set errno. */
+INLINE float fused(float a, float b, float c)
+{
+#if defined(__clang__) && defined(__arm__)
+    __asm__("vfma.f32 %0, %1, %2" : "+t"(c) : "t"(a), "t"(b));
+    return c;
+#elif defined(__clang__) && defined(__riscv)
+    __asm__("fmadd.s %0, %1, %2, %0" : "+f"(c) : "f"(a), "f"(b));
+    return c;
+#else
+    return __builtin_fmaf(a, b, c);
+#endif
+}
 #endif
 
 /* Cuts a sum off: not at all (0), below 0 (1), above 6 as well (2). */

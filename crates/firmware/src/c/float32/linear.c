@@ -16,6 +16,6 @@ static void float_linear(const float_linear_layer *l, float *arena)
         }
         store_four(arena + l->to + first, add_chains(four_at(l->bias + first), arena + l->from, w, l->inputs, chains), NULL,
                    l->outputs - first, l->rectifier);
-        w += 4u * (uint32_t)l->inputs;
+        w = &w[4u * (uint32_t)l->inputs];
     }
 }

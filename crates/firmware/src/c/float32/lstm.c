@@ -32,10 +32,10 @@ static float hyperbolic_tangent(float x)
     static const float coefficients[4] = {2.063909e-2f, -5.3739716e-2f, 1.3331442e-1f, -3.333328e-1f};
     const float magnitude = x > 0.0f ? x : less(0.0f, x);
     const float square = times(x, x);
-    float near = -5.7049887e-3f, far;
+    float near = -5.7049887e-3f;
     uint32_t i;
     if (magnitude > 0.625f) {
-        far = less(1.0f, over(2.0f, plus(power_of_e(plus(magnitude, magnitude)), 1.0f)));
+        const float far = less(1.0f, over(2.0f, plus(power_of_e(plus(magnitude, magnitude)), 1.0f)));
         return x > 0.0f ? far : less(0.0f, far);
     }
     for (i = 0; i < 4u; i++) {
@@ -57,10 +57,10 @@ static void gates_of(const lstm_layer *l, const float *x, const float *h, float 
         }
         for (channel = 0; channel < l->channels; channel++) {
             sums = four_fused(x[channel], four_at(w), sums);
-            w += 4;
+            w = &w[4];
         }
         store_four(gates + first, add_chains(sums, h, v, l->hidden, chains), NULL, 4u, 0u);
-        v += 4u * (uint32_t)l->hidden;
+        v = &v[4u * (uint32_t)l->hidden];
     }
 }
 

@@ -14,19 +14,20 @@ static uint32_t chains_of(uint32_t first, uint32_t outputs, uint32_t *end)
 static four add_chains(four total, const float *x, const float *w, uint32_t inputs, uint32_t chains)
 {
     const uint32_t whole = inputs - inputs % chains;
-    const float *end = x + whole, *last = x + inputs;
-    uint32_t chain;
+    uint32_t chain, i;
     for (chain = 0; chain < chains; chain++) {
         const float *at = x + chain, *v = w + 4u * chain;
         four s = {0.0f, 0.0f, 0.0f, 0.0f};
-        for (; at < end; at += chains) {
+        for (i = chain; i < whole; i += chains) {
             s = four_fused(*at, four_at(v), s);
-            v += 4u * chains;
+            at = &at[chains];
+            v = &v[4u * chains];
         }
         if (chain == 0u) {
-            for (; at != last; at++) {
+            for (i = whole; i < inputs; i++) {
                 s = four_fused(*at, four_at(v), s);
-                v += 4;
+                at++;
+                v = &v[4];
             }
         }
         total.a = plus(total.a, s.a);
