@@ -1,4 +1,4 @@
-//! The computation of a method, as C: a network in eight bits, or a linear model on features.
+//! The computation of a method, as C: a network, or a linear model on features.
 
 use crate::arena::{Arena, element, offset};
 use crate::cores::Counts;
