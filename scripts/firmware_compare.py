@@ -1,10 +1,12 @@
-"""Counts the instructions of CMSIS-NN and emlearn for the networks that taxel prints, beside taxel's own.
+"""Counts the instructions of CMSIS-NN, emlearn and onnx2c for the networks that taxel prints, beside taxel's own.
 
     python scripts/firmware_compare.py --cmsis-nn FOLDER --emlearn FOLDER --rows target/firmware-rows.jsonl
+    python scripts/firmware_compare.py --onnx2c PROGRAM --onnx resnet8-lite-1d.onnx --rows target/firmware-rows.jsonl
 
-FOLDER is a clone of ARM-software/CMSIS-NN, and the folder of emlearn's headers (eml_net.h). Nothing of them is copied. The same
-shapes are run with numbers that mean nothing: what they take does not depend on them. A prediction goes from raw floats to
-logits of bytes (CMSIS-NN) or probabilities (emlearn). Flash is what is linked in besides an empty prediction, RAM what it
+FOLDER is a clone of ARM-software/CMSIS-NN, and the folder of emlearn's headers (eml_net.h); PROGRAM is onnx2c as it was built, and
+the file what `taxel export` wrote of a network in floats. Where onnx and onnxruntime are installed, batch norms are folded first. Nothing of them is copied. The same shapes are run, for CMSIS-NN and emlearn with numbers that mean nothing: what they
+take does not depend on them. CMSIS-NN has no standard deviation, so that dilated-resnet-1d goes without. A prediction goes from raw
+floats to logits of bytes (CMSIS-NN) or probabilities. Flash is what is linked in besides an empty prediction, RAM what it
 keeps in memory besides. Rows go to the file from which `firmware_cores.py` writes its page.
 """
 
@@ -35,7 +37,25 @@ RESNET8 = [
     ("full", 1, 1, 32, 3, 1, 1, 416, 0, None),
 ]
 MLP = [("full", 1, 1, 250, 128, 1, 1, 0, 256, None), ("full", 1, 1, 128, 3, 1, 1, 256, 0, None)]
-NETWORKS = {"resnet8_lite_1d": (RESNET8, 1250), "mlp": (MLP, 384)}
+# Of 5 x 50 values; "apart" is a convolution whose taps are two positions apart.
+DILATED = [
+    ("conv", 1, 1, 5, 64, 50, 50, 3200, 0, None),
+    ("conv", 3, 1, 64, 64, 50, 50, 0, 3200, None),
+    ("conv", 3, 1, 64, 64, 50, 50, 3200, 6400, None),
+    ("add", 1, 1, 64, 64, 50, 50, 6400, 0, 0),
+    ("apart", 3, 1, 64, 64, 50, 50, 0, 3200, None),
+    ("apart", 3, 1, 64, 64, 50, 50, 3200, 6400, None),
+    ("add", 1, 1, 64, 64, 50, 50, 6400, 0, 0),
+    ("most", 50, 50, 64, 64, 50, 1, 0, 3200, None),
+    ("mean", 50, 1, 64, 64, 50, 1, 0, 3264, None),
+    ("full", 1, 1, 128, 3, 1, 1, 3200, 0, None),
+]
+# Layers, bytes of the arena, and of scratch without Helium and with it: what the get_buffer_size functions ask for, or more.
+NETWORKS = {
+    "resnet8_lite_1d": (RESNET8, 1250, (384, 384)),
+    "mlp": (MLP, 384, (4, 512)),
+    "dilated_resnet_1d": (DILATED, 9600, (768, 1600)),
+}
 EMPTY = "#include <stdint.h>\nint taxel_{name}_predict(const float *x, float *y) {{ y[0] = x[0]; return 0; }}\n"
 STAGE = """
     for (int i = 0; i < 250; i++) {
@@ -52,13 +72,14 @@ def table(kind, name, count, value):
 
 def cmsis_nn(name):
     """Writes a prediction that calls CMSIS-NN."""
-    layers, arena = NETWORKS[name]
+    layers, arena, scratch = NETWORKS[name]
     tables, calls = "", ""
     for number, (kind, taps, stride, channels, filters, inside, outside, at, to, addend) in enumerate(layers):
-        before = (taps - 1) // 2 if kind in ("conv", "most") else 0
+        dilation = 2 if kind == "apart" else 1
+        before = (taps - 1) // 2 * dilation if kind in ("conv", "apart", "most") and outside > 1 else 0
         dims = (f"const cmsis_nn_dims in = {{1, 1, {inside}, {channels}}}, out = {{1, 1, {outside}, {filters}}}, "
                 f"bias = {{1, 1, 1, {filters}}};")
-        if kind == "conv":
+        if kind in ("conv", "apart"):
             tables += table("int8_t", f"w{number}", taps * channels * filters, lambda i: i * 37 % 255 - 127)
             tables += table("int32_t", f"b{number}", filters, lambda i: i * 91 % 1000)
             tables += table("int32_t", f"m{number}", filters, lambda i: 1200000000 + i)
@@ -66,7 +87,7 @@ def cmsis_nn(name):
             calls += f"""    {{
         {dims}
         const cmsis_nn_dims filter = {{{filters}, 1, {taps}, {channels}}};
-        const cmsis_nn_conv_params how = {{128, -128, {{{stride}, 1}}, {{{before}, 0}}, {{1, 1}}, {{-128, 127}}}};
+        const cmsis_nn_conv_params how = {{128, -128, {{{stride}, 1}}, {{{before}, 0}}, {{{dilation}, 1}}, {{-128, 127}}}};
         const cmsis_nn_per_channel_quant_params scale = {{(int32_t *)m{number}, (int32_t *)s{number}}};
         arm_convolve_wrapper_s8(&context, &how, &scale, &in, arena + {at}, &filter, w{number}, &bias, b{number}, &out, arena + {to});
     }}
@@ -96,16 +117,14 @@ def cmsis_nn(name):
         arm_fully_connected_s8(&context, &how, &scale, &in, arena + {at}, &filter, w{number}, &bias, b{number}, &out, arena + {to});
     }}
 """
-    # What its get_buffer_size functions ask for: two or four windows; with Helium a sum for each output of a full layer.
-    scratch = "384" if name != "mlp" else "SUM_BYTES"
     head = f"""#include "arm_nnfunctions.h"
 static int8_t arena[{arena}];
 #if defined(ARM_MATH_MVEI)
-#define SUM_BYTES 512
+#define SCRATCH {scratch[1]}
 #else
-#define SUM_BYTES 4
+#define SCRATCH {scratch[0]}
 #endif
-static int32_t scratch[{scratch} / 4];
+static int32_t scratch[SCRATCH / 4];
 static const float means[5] = {{511.f, 480.f, 1.f, .3f, 40.f}}, scales[5] = {{.1f, .2f, 3.f, 4.f, 5.f}};
 static cmsis_nn_context context = {{scratch, sizeof scratch}};
 /* With Helium sums of weights are wanted beforehand. */
@@ -140,13 +159,45 @@ int taxel_mlp_predict(const float *sample, float *row)
 """
 
 
-def linked(core, home, name, text, objects, includes):
+def onnx2c(program, file, name):
+    """Prints an ONNX file, batch norms folded where onnxruntime is there, as C behind taxel's interface."""
+    with tempfile.TemporaryDirectory() as home:
+        folded = Path(home) / "folded.onnx"
+        try:
+            import onnx
+            import onnxruntime
+
+            options = onnxruntime.SessionOptions()
+            options.graph_optimization_level = onnxruntime.GraphOptimizationLevel.ORT_ENABLE_BASIC
+            options.optimized_model_filepath = str(folded)
+            onnxruntime.InferenceSession(str(file), options, providers=["CPUExecutionProvider"])
+            network = onnx.load(folded)
+            for node in network.graph.node:
+                # onnx2c does not know this one, which is 0.
+                kept = [attribute for attribute in node.attribute if attribute.name != "storage_order"]
+                del node.attribute[:]
+                node.attribute.extend(kept)
+            onnx.save(network, folded)
+        except ImportError:
+            folded = file
+        text = cores.run([str(program), "-d", "batch:1", str(folded)])
+    return f"""{text}
+int taxel_{name}_predict(const float *sample, float *row)
+{{
+    static float logits[1][3];
+    entry((const float (*)[5][50])sample, logits, (float (*)[3])row);
+    return 0;
+}}
+"""
+
+
+def linked(core, home, name, text, objects, includes, level):
     """Builds the program that counts one prediction; returns its bytes of flash and of RAM."""
     source, made, start, out = home / "other.c", home / "made.o", home / "start.o", home / "other.elf"
     source.write_text(text)
     script = home / "core.ld"
     script.write_text(core.link())
-    flags = ["-O2", f"-DNAME={name}", f'-DSOURCE="{source}"', "-DVALUES=250", "-DCLASSES=3", "-ffunction-sections", "-fdata-sections"]
+    flags = [level, f"-DNAME={name}", f'-DSOURCE="{source}"', "-DVALUES=250", "-DCLASSES=3", "-ffunction-sections", "-fdata-sections"]
     where = [f"-I{folder}" for folder in includes]
     cores.run([core.compiler, *core.options, "-O2", "-c", str(SCRIPTS / "firmware" / "start.c"), "-o", str(start)])
     cores.run([core.compiler, *core.options, "--specs=nano.specs", *where, *flags, "-c", str(SCRIPTS / "firmware" / "count.c"), "-o", str(made)])
@@ -156,9 +207,9 @@ def linked(core, home, name, text, objects, includes):
     return text_bytes + data, data + bss
 
 
-def count(core, home, name, text, objects=(), includes=()):
-    empty = linked(core, home, name, EMPTY.format(name=name), [], [])
-    flash, ram = linked(core, home, name, text, objects, includes)
+def count(core, home, name, text, objects=(), includes=(), level="-O2"):
+    empty = linked(core, home, name, EMPTY.format(name=name), [], [], level)
+    flash, ram = linked(core, home, name, text, objects, includes, level)
     done = subprocess.run(core.emulator(home / "other.elf", True), capture_output=True, text=True, timeout=600)
     ticks, stack = map(int, re.search(r"ticks (\d+) stack (\d+)", done.stdout + done.stderr).groups())
     return {"instructions": core.instructions(ticks), "stack": stack, "flash": flash - empty[0], "ram": ram - empty[1]}
@@ -187,6 +238,8 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--cmsis-nn", type=Path)
     parser.add_argument("--emlearn", type=Path)
+    parser.add_argument("--onnx2c", type=Path)
+    parser.add_argument("--onnx", type=Path, nargs="*", default=[], help="networks of 5 x 50 values and 3 classes in floats")
     parser.add_argument("--cores", nargs="*", default=["M0", "M3", "M4", "M55"])
     parser.add_argument("--rows", type=Path, default=Path("target/firmware-rows.jsonl"))
     args = parser.parse_args()
@@ -202,6 +255,12 @@ def main():
                         made = made or objects_of(core, args.cmsis_nn.resolve(), home)
                     include = [args.cmsis_nn.resolve() / "Include"]
                     rows.get(row(name, "CMSIS-NN"), lambda: count(core, home, name, cmsis_nn(name), made, include))
+            # Without an FPU floats are hopeless, and taxel has none there.
+            for file in args.onnx if core.name not in cores.SOFT else []:
+                name = f"{file.stem.replace('-', '_')}_f32"
+                for level in ("-O2", "-O3"):
+                    text = lambda: onnx2c(args.onnx2c, file, name)
+                    rows.get(row(name, f"onnx2c, {level}"), lambda: count(core, home, name, text(), level=level))
             if args.emlearn and core.name != "M0":
                 rows.get(row("mlp", "emlearn, 32-bit floats"), lambda: count(core, home, "mlp", emlearn(), [], [args.emlearn.resolve()]))
 

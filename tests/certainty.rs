@@ -157,8 +157,8 @@ fn c_has_the_bits_of_a_calibrated_model_in_eight_bits() {
     let ran = Ran::new();
     let (model, new) = (ran.fit("mlp", "mlp.safetensors", &[]), ran.presses("own.npz", "7"));
     let (small, folder) = (ran.path("small.safetensors"), ran.path("firmware"));
-    let error = refused(&["export", text(&model), text(&folder), "--format", "c"]);
-    assert!(error.contains("is in 32-bit floats") && error.contains("taxel quantize"), "{error}");
+    let refusal = refused(&["cost", text(&model), "--target", "m3"]);
+    assert!(refusal.contains("is in 32-bit floats") && refusal.contains("taxel quantize"), "{refusal}");
     good(&["quantize", text(&model), "--calibrate", text(&new), "--output", text(&small)]);
     let call = ["export", text(&small), "--output", text(&folder), "--format", "c", "--name", "Two Words"];
     let said = good(&call);

@@ -30,7 +30,7 @@ impl Arena {
     pub fn new(layers: &[Layer], memories: &[Memory], logits: &Row) -> Self {
         let mut lifetimes = vec![];
         for (memory, room) in memories.iter().enumerate() {
-            let uses = |layer: &Layer| layer.rows().any(|row| row.memory == memory);
+            let uses = |layer: &Layer| layer.uses(memory);
             let Some(first) = layers.iter().position(uses) else { continue };
             let last = if logits.memory == memory { None } else { layers.iter().rposition(uses) };
             let len = room.bytes().next_multiple_of(ALIGNMENT);
@@ -51,6 +51,16 @@ impl Arena {
         best.len = (best.len + SPARE).next_multiple_of(ALIGNMENT);
         best
     }
+}
+
+/// Returns the bytes of one value.
+pub(crate) fn element(row: &Row) -> usize {
+    if row.scale.is_some() { 1 } else { size_of::<f32>() }
+}
+
+/// Returns the first byte of a row.
+pub(crate) fn offset(row: &Row, arena: &Arena) -> usize {
+    arena.offsets[row.memory].unwrap_or(0) + row.start * element(row)
 }
 
 fn sorted<K: Ord>(lifetimes: &[Lifetime], key: impl Fn(&Lifetime) -> K) -> Vec<Lifetime> {

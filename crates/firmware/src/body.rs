@@ -1,13 +1,14 @@
-//! The computation of a method, as C: a network in eight bits, or a linear model on features.
+//! The computation of a method, as C: a network, or a linear model on features.
 
-use crate::arena::Arena;
+use crate::arena::{Arena, element, offset};
 use crate::cores::Counts;
 use crate::encoding::Encoding;
+use crate::floats::in_place::in_place;
 use crate::fuse::fuse;
 use crate::layer::{Layer, Stage, Work};
 use crate::lower::{Network, lower};
 use crate::size::Size;
-use crate::source::{Source, element, margins, offset};
+use crate::source::{Source, margins};
 
 /// The C of a method, and what it needs.
 #[derive(Debug)]
@@ -35,6 +36,8 @@ pub(crate) struct Body {
     /// First byte of the outputs, and their number.
     pub outputs_at: usize,
     pub outputs: usize,
+    /// Whether it needs an FPU with fused products.
+    pub needs_fpu: bool,
     /// Layers whose endings the test tries.
     pub layers: Vec<Layer>,
 }
@@ -49,7 +52,7 @@ impl Body {
         encoding: &Encoding,
         sample: [usize; 2],
     ) -> Result<Self, String> {
-        let network = fuse(lower(blueprint, encoding.shape(sample))?);
+        let network = in_place(fuse(lower(blueprint, encoding.shape(sample))?));
         let staged = network.layers.iter().rev().find_map(|layer| match &layer.work {
             Work::Stage(stage) => Some((stage.clone(), layer.to)),
             _ => None,
@@ -68,7 +71,7 @@ impl Body {
             code_bytes: Size::code(&source.kernels),
             counts: Some(Counts::of(&network.layers, encoding.operations(sample))),
             whole_bytes: source.whole_bytes,
-            macs: network.layers.iter().map(|layer| layer.work.macs()).sum(),
+            macs: network.layers.iter().map(Layer::macs).sum(),
             arena: arena.len,
             stage_at: offset(&to, &arena) / element(&to),
             stage_margins: margins(&network, &arena, to.memory),
@@ -77,6 +80,10 @@ impl Body {
             outputs: network.logits.channels,
             tables: source.tables,
             calls: source.calls,
+            needs_fpu: network
+                .layers
+                .iter()
+                .any(|layer| matches!(&layer.work, Work::Floats(work) if work.is_fused())),
             layers: network.layers,
         })
     }

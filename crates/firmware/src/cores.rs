@@ -5,7 +5,8 @@
 
 use std::fmt::{self, Display, Formatter};
 
-use crate::layer::{Layer, Work};
+use crate::floats::layer::FloatWork;
+use crate::layer::{Layer, Row, Work};
 use crate::whole::Whole;
 
 /// A microcontroller's core.
@@ -41,12 +42,15 @@ pub(crate) struct Counts {
     /// Those that are computed in floats everywhere, also where whole numbers could be: floats of convolutions and maps, and the
     /// encoding.
     pub floats: usize,
+    /// Whether products are of floats: then `floats` counts what needs functions, such as a sigmoid.
+    pub is_float: bool,
 }
 
 impl Counts {
     /// Counts the operations of layers behind an encoding of so many operations.
     pub fn of(layers: &[Layer], encoding: usize) -> Self {
-        let mut counts = Counts { products: 0, single: 0, others: encoding, floats: encoding };
+        let mut counts =
+            Counts { products: 0, single: 0, others: encoding, floats: encoding, is_float: false };
         for layer in layers {
             let stored = layer.to.positions * layer.to.channels;
             match &layer.work {
@@ -61,6 +65,7 @@ impl Counts {
                     counts.single += conv.macs;
                     counts.others += 2 * stored;
                 }
+                Work::Floats(work) => counts.add_floats(work, &layer.to),
                 Work::Stage(_) => {}
                 Work::Most(spans) | Work::Mean { spans, .. } | Work::MeanFloats { spans, .. } => {
                     let read: usize = spans.iter().map(|[from, to]| to - from).sum();
@@ -73,7 +78,41 @@ impl Counts {
                 _ => counts.others += stored,
             }
         }
+        if counts.is_float {
+            counts.floats -= encoding;
+        }
         counts
+    }
+
+    fn add_floats(&mut self, work: &FloatWork, to: &Row) {
+        let macs = work.macs(to.positions, to.channels);
+        self.is_float |= work.is_fused();
+        match work {
+            FloatWork::Conv(_) => {
+                // Four positions share weights; those that are left do not.
+                let left = macs / to.positions * (to.positions % 4);
+                self.products += macs - left;
+                self.single += left;
+                self.others += to.positions * to.channels;
+            }
+            FloatWork::Depthwise(_) => {
+                self.single += macs;
+                self.others += 2 * to.positions * to.channels;
+            }
+            FloatWork::Linear(_) => {
+                self.single += macs;
+                self.others += to.channels;
+            }
+            FloatWork::Lstm(lstm) => {
+                self.single += macs;
+                self.floats += lstm.steps * lstm.hidden;
+            }
+            FloatWork::Map { .. } => self.others += to.positions * to.channels,
+            FloatWork::Norm { weight, .. } => self.others += 4 * weight.len(),
+            FloatWork::Deviation { share, .. } => {
+                self.others += 2 * (1.0 / share).round() as usize * to.channels;
+            }
+        }
     }
 }
 
@@ -115,10 +154,30 @@ impl Core {
         }
     }
 
+    /// Returns about how many instructions a product of floats takes in a convolution, rounded once as the runtime does.
+    pub(crate) fn float_product(self) -> f64 {
+        self.each_float()[0]
+    }
+
+    /// Returns the instructions for each of the [`Counts`] of floats, by least squares of shares.
+    fn each_float(self) -> [f64; 4] {
+        match self {
+            Core::M0 => [1276.85, 1276.85, 0.0, 0.0],
+            Core::M3 => [478.4, 533.65, 0.0, 0.0],
+            Core::M4f => [1.67, 3.5, 15.58, 391.58],
+            Core::M7 => [1.67, 3.5, 15.51, 396.31],
+            Core::M33 => [1.66, 3.5, 15.58, 392.66],
+            Core::M55 => [1.63, 3.54, 13.84, 383.44],
+            Core::Rv32imac => [891.52, 972.0, 0.0, 0.0],
+            Core::Rv32imafc => [1.95, 3.28, 12.77, 429.56],
+        }
+    }
+
     /// Estimates the instructions of a prediction.
     pub(crate) fn instructions(self, counts: &Counts) -> usize {
-        let Counts { products, single, others, floats } = *counts;
-        let each = self.each().into_iter().zip([products, single, others, floats]);
+        let Counts { products, single, others, floats, is_float } = *counts;
+        let each = if is_float { self.each_float() } else { self.each() };
+        let each = each.into_iter().zip([products, single, others, floats]);
         each.map(|(instructions, count)| instructions * count as f64).sum::<f64>().round() as usize
     }
 

@@ -1,5 +1,6 @@
 //! Kernels as C text.
 
+use crate::cores::Core;
 use crate::layer::{RowNumber, Work};
 use crate::lower::Network;
 
@@ -21,6 +22,15 @@ pub(crate) enum Kernel {
     Deviation,
     Shuffle,
     Flatten,
+    Fused,
+    FloatConv,
+    FloatDepthwise,
+    FloatMap,
+    FloatDeviation,
+    FloatSums,
+    FloatLinear,
+    Lstm,
+    Norm,
 }
 
 impl Kernel {
@@ -42,9 +52,27 @@ impl Kernel {
             Kernel::Deviation => include_str!("c/deviation.c"),
             Kernel::Shuffle => include_str!("c/shuffle.c"),
             Kernel::Flatten => include_str!("c/flatten.c"),
+            Kernel::Fused => return fused_text(),
+            Kernel::FloatConv => include_str!("c/float32/conv.c"),
+            Kernel::FloatDepthwise => include_str!("c/float32/depthwise.c"),
+            Kernel::FloatMap => include_str!("c/float32/map.c"),
+            Kernel::FloatDeviation => include_str!("c/float32/deviation.c"),
+            Kernel::FloatSums => include_str!("c/float32/sums.c"),
+            Kernel::FloatLinear => include_str!("c/float32/linear.c"),
+            Kernel::Lstm => {
+                let log2_e = crate::literals::float(std::f32::consts::LOG2_E);
+                return include_str!("c/float32/lstm.c").replace("@log2_e@", &log2_e);
+            }
+            Kernel::Norm => include_str!("c/float32/norm.c"),
         };
         text.into()
     }
+}
+
+/// Returns the text that all kernels of floats begin with.
+fn fused_text() -> String {
+    let soft = format!("about {:.0}", Core::M3.float_product());
+    include_str!("c/float32/fused.c").replace("@soft@", &soft)
 }
 
 /// Returns the text of convolutions with the modes that the network needs.

@@ -1,6 +1,9 @@
 //! The layers that C computes, with their numbers and places.
 
+use taxel_kernels::Window3;
 use taxel_kernels::frozen::bytes::{ByteScale, Ending};
+
+use crate::floats::layer::FloatWork;
 
 /// A row of positions in memory, channels last.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,6 +47,22 @@ pub(crate) struct Layer {
 }
 
 impl Layer {
+    /// Checks whether the layer uses a memory.
+    pub fn uses(&self, memory: usize) -> bool {
+        let has_work = matches!(&self.work, Work::Floats(FloatWork::Lstm(lstm)) if lstm.work == memory);
+        has_work || self.rows().any(|row| row.memory == memory)
+    }
+
+    /// Returns the products of the layer.
+    pub fn macs(&self) -> usize {
+        match &self.work {
+            Work::Conv(conv) => conv.macs,
+            Work::Depthwise(conv) => conv.macs,
+            Work::Floats(work) => work.macs(self.to.positions, self.to.channels),
+            _ => 0,
+        }
+    }
+
     /// Returns all rows that the layer reads and writes.
     pub fn rows(&self) -> impl Iterator<Item = &Row> {
         let more = match &self.work {
@@ -102,6 +121,8 @@ pub(crate) enum Work {
     Shuffle(usize),
     /// Floats, channels first.
     Flatten,
+    /// Floats of floats, with fused products and sums.
+    Floats(FloatWork),
 }
 
 /// How the sample comes in.
@@ -189,13 +210,23 @@ pub(crate) struct Depthwise {
     pub macs: usize,
 }
 
-impl Work {
-    /// Returns the products of the layer.
-    pub fn macs(&self) -> usize {
-        match self {
-            Work::Conv(conv) => conv.macs,
-            Work::Depthwise(conv) => conv.macs,
-            _ => 0,
+/// The window of a convolution along a series.
+pub(crate) struct Taps {
+    pub kernel: usize,
+    /// Where the first window begins, in the input's memory; margins hold what lies before the first position.
+    pub first: usize,
+    /// Distance of the inputs of neighbouring outputs, and of those that neighbouring kernel values meet.
+    pub step: usize,
+    pub apart: usize,
+}
+
+impl Taps {
+    pub fn new(window: &Window3, dilation: [usize; 3], from: &Row) -> Self {
+        Taps {
+            kernel: window.kernel[2],
+            first: from.start - window.before[2] * from.pitch,
+            step: window.stride[2] * from.pitch,
+            apart: dilation[2] * from.pitch,
         }
     }
 }

@@ -1,12 +1,12 @@
-//! Models as C for microcontrollers, with the bits of `taxel predict`: networks in eight bits, MiniRocket and ridge.
+//! Models as C for microcontrollers, with the bits of `taxel predict`: networks in eight bits or in floats, MiniRocket and ridge.
 //!
 //! A [`Library`] is printed from the steps and places of the runtime ([`Blueprint`](taxel_runtime::Blueprint)), never from the
 //! graph: what the runtime joins, rounds and leaves in floats, the C does as well. [`Library::files`] is the folder: C99 with
 //! constant tables and one arena, a test that tries every threshold of every layer, and what Arduino, PlatformIO, Zephyr and
 //! CMake expect. [`write_folder`] writes it whole or not at all.
 //!
-//! Sums are whole numbers. What follows (a product, an addend, zero, bounds, rounding to even) are single operations of
-//! 32-bit floats, none of which may be fused with another. What cannot be done with the same bits is refused with the reason.
+//! In eight bits sums are whole numbers. What follows (a product, an addend, zero, bounds, rounding to even) are single operations of
+//! 32-bit floats, none of which may be fused with another. In floats all products are fused, in the runtime's order. What cannot be done with the same bits is refused with the reason.
 //!
 //! ```
 //! use taxel_encodings::Scaling;
@@ -45,6 +45,7 @@ mod check;
 mod cores;
 mod encoding;
 mod error;
+mod floats;
 mod fuse;
 mod gate;
 mod kernel;

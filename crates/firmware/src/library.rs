@@ -46,7 +46,7 @@ pub struct Library<'a> {
 /// The computation of a library.
 #[derive(Debug, Clone, Copy)]
 pub enum Method<'a> {
-    /// A network in eight bits.
+    /// A network in eight bits or in floats.
     Network(&'a Blueprint),
     /// A linear model on features: MiniRocket with ridge, or ridge.
     Linear(Linear<'a>),

@@ -75,6 +75,11 @@ pub(crate) fn comment(value: &str) -> String {
     value.chars().map(plain).collect::<String>().replace("*/", "* /").replace("/*", "/ *")
 }
 
+/// Writes numbers in a row.
+pub(crate) fn numbers(values: &[usize]) -> String {
+    values.iter().map(usize::to_string).collect::<Vec<_>>().join(", ")
+}
+
 /// Writes a constant table.
 pub(crate) fn table<T: Display>(kind: &str, name: &str, values: &[T]) -> String {
     let mut out = format!("static const {kind} {name}[{}] = {{\n", values.len().max(1));

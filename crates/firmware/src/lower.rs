@@ -1,11 +1,13 @@
 //! From the runtime's steps to layers of C, or a refusal that says which layer cannot become one.
 
+use taxel_kernels::Rectifier;
 use taxel_kernels::frozen::bytes::{Add, ByteOutput, ByteScale, Map, Mean};
 use taxel_kernels::frozen::{ImagePlace, Pooling, Reach};
-use taxel_kernels::{Rectifier, Window3};
 use taxel_runtime::{Blueprint, PlannedConv, PlannedOp, PlannedStep};
 
-use crate::layer::{Addend, Conv, Depthwise, Layer, Memory, Row, Span, Stage, Work};
+use crate::floats::layer::FloatWork;
+use crate::floats::lower::float_work;
+use crate::layer::{Addend, Conv, Depthwise, Layer, Memory, Row, Span, Stage, Taps, Work};
 
 /// The largest count that a layer's tables hold.
 const COUNT: usize = u16::MAX as usize;
@@ -34,7 +36,8 @@ pub(crate) fn lower(blueprint: &Blueprint, sample: [usize; 2]) -> Result<Network
     let steps = &blueprint.steps;
     let rows = steps.iter().map(row).collect::<Result<Vec<Row>, String>>()?;
     let memories = steps.iter().enumerate().map(|(id, step)| memory(steps, id, step)).collect();
-    let mut lower = Lower { steps, rows, layers: vec![], sample };
+    let in_floats = blueprint.in_floats;
+    let mut lower = Lower { steps, in_floats, rows, memories, layers: vec![], sample };
     for id in 0..steps.len() {
         lower.step(id).map_err(|reason| format!("layer `{}`: {reason}", name_of(steps, id)))?;
     }
@@ -42,7 +45,7 @@ pub(crate) fn lower(blueprint: &Blueprint, sample: [usize; 2]) -> Result<Network
     if logits.positions != 1 || logits.scale.is_some() {
         return Err(format!("its output has {} positions; logits of classes are needed", logits.positions));
     }
-    Ok(Network { logits, layers: lower.layers, memories })
+    Ok(Network { logits, layers: lower.layers, memories: lower.memories })
 }
 
 /// Returns the name of a step, or of the nearest one before it that has one.
@@ -84,7 +87,9 @@ fn memory(steps: &[PlannedStep], id: usize, step: &PlannedStep) -> Memory {
 
 struct Lower<'a> {
     steps: &'a [PlannedStep],
+    in_floats: bool,
     rows: Vec<Row>,
+    memories: Vec<Memory>,
     layers: Vec<Layer>,
     /// Channels and time steps of a sample.
     sample: [usize; 2],
@@ -94,6 +99,13 @@ impl Lower<'_> {
     fn step(&mut self, id: usize) -> Result<(), String> {
         let step = &self.steps[id];
         let (from, to) = (self.inputs(id), self.rows[id]);
+        if let Some(work) = float_work(&step.op, self.in_floats, &from, &to, self.memories.len())? {
+            if let Work::Floats(FloatWork::Lstm(lstm)) = &work {
+                self.memories.push(Memory { len: 5 * lstm.hidden, margins: [0; 2], zero: None });
+            }
+            self.push(id, work, from, to);
+            return Ok(());
+        }
         let work = match &step.op {
             PlannedOp::Input(_) => return self.input(id),
             PlannedOp::Slice => return Ok(()),
@@ -117,8 +129,12 @@ impl Lower<'_> {
             PlannedOp::Shuffle(groups) if to.scale.is_some() => Work::Shuffle(*groups),
             PlannedOp::Flatten if to.scale.is_none() => Work::Flatten,
             PlannedOp::Floats(what) => {
-                return Err(format!("it is {what}; only operations of eight bits can be exported"));
+                return Err(format!("it is {what}, which C does not have"));
             }
+            PlannedOp::FloatConv(_)
+            | PlannedOp::FloatLinear(_)
+            | PlannedOp::Lstm(_)
+            | PlannedOp::LayerNorm { .. } => return Err("its floats are read as bytes".into()),
             PlannedOp::Deviation(_) | PlannedOp::Shuffle(_) | PlannedOp::Flatten => {
                 return Err(OTHER_FORM.into());
             }
@@ -269,24 +285,6 @@ fn pool(pooling: Pooling, reaches: &[Reach], from: &Row, to: &Row) -> Result<Wor
     }
 }
 
-/// The window of a convolution along a series.
-struct Taps {
-    kernel: usize,
-    first: usize,
-    step: usize,
-    apart: usize,
-}
-
-fn taps(window: &Window3, dilation: [usize; 3], from: &Row) -> Taps {
-    Taps {
-        kernel: window.kernel[2],
-        // Margins hold what lies before the first position.
-        first: from.start - window.before[2] * from.pitch,
-        step: window.stride[2] * from.pitch,
-        apart: dilation[2] * from.pitch,
-    }
-}
-
 fn bytes(row: &Row) -> Result<ByteScale, String> {
     row.scale.ok_or_else(|| "it reads floats".to_string())
 }
@@ -294,7 +292,7 @@ fn bytes(row: &Row) -> Result<ByteScale, String> {
 fn convolution(conv: &PlannedConv, from: &[Row], to: &Row) -> Result<Work, String> {
     let input = bytes(&from[0])?;
     let PlannedConv { groups, weight, bias, unit, .. } = conv;
-    let Taps { kernel, first, step, apart } = taps(&conv.window, conv.dilation, &from[0]);
+    let Taps { kernel, first, step, apart } = Taps::new(&conv.window, conv.dilation, &from[0]);
     let (channels, filters) = (from[0].channels / groups, to.channels / groups);
     // Channels of neighbouring positions lie one after the other.
     let is_whole = *groups == 1 && conv.dilation[2] == 1 && from[0].pitch == channels;
@@ -367,7 +365,7 @@ fn whole(reach: i64) -> Result<i32, String> {
 
 fn depthwise(conv: &PlannedConv, from: &[Row], to: &Row) -> Result<Work, String> {
     let input = bytes(&from[0])?;
-    let Taps { kernel, first, step, apart } = taps(&conv.window, conv.dilation, &from[0]);
+    let Taps { kernel, first, step, apart } = Taps::new(&conv.window, conv.dilation, &from[0]);
     let (mut start, mut reach) = (vec![], 0i64);
     for channel in 0..to.channels {
         let of_channel = conv.weight.iter().skip(channel).step_by(to.channels);

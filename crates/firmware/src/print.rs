@@ -29,6 +29,24 @@ impl Library<'_> {
         Ok(self.plan()?.counts.map(|counts| core.instructions(&counts)))
     }
 
+    /// Refuses cores that the C does not compile for: networks in 32-bit floats need an FPU.
+    ///
+    /// # Errors
+    /// [`Error::Refused`] with the number of instructions, and as [`Library::size`].
+    pub fn check_core(&self, core: Core) -> Result<()> {
+        let body = self.plan()?;
+        if !body.needs_fpu || core.has_floats() {
+            return Ok(());
+        }
+        let reason = format!(
+            "is in 32-bit floats, and {core} has no FPU: about {:.0} instructions a product would be needed, {} for one prediction; \
+             `taxel quantize` makes a network in eight bits of it",
+            core.float_product(),
+            body.counts.map_or(0, |counts| core.instructions(&counts))
+        );
+        Err(Error::Refused { model: self.model.clone(), reason })
+    }
+
     /// Returns about how many bytes of flash it takes on a core; on one without floats in hardware the compiler's float
     /// routines come on top.
     ///
@@ -63,7 +81,7 @@ impl Library<'_> {
             ],
         );
         let mut files = vec![
-            CFile { path: format!("src/taxel_{name}.h"), text: self.header(&size) },
+            CFile { path: format!("src/taxel_{name}.h"), text: self.header(&size, body.needs_fpu) },
             CFile { path: format!("src/taxel_{name}.c"), text: self.source(&body, &size) },
             CFile { path: "test/check.c".into(), text: test },
             CFile { path: "test/vectors.h".into(), text: format!("{guard}{}", check.vectors) },
@@ -102,9 +120,11 @@ impl Library<'_> {
         }
     }
 
-    fn header(&self, size: &Size) -> String {
+    fn header(&self, size: &Size, needs_fpu: bool) -> String {
+        let fpu = if needs_fpu { include_str!("c/float32/library.h") } else { "" };
         let readings = self.readings.as_ref().map_or("", |_| include_str!("c/answers/readings.h"));
-        self.filled(include_str!("c/library.h"), size, &[("@api@", self.answers.header() + readings)])
+        let more = [("@api@", self.answers.header() + readings), ("@fpu@", fpu.into())];
+        self.filled(include_str!("c/library.h"), size, &more)
     }
 
     fn source(&self, body: &Body, size: &Size) -> String {

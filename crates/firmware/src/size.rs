@@ -35,7 +35,13 @@ impl Size {
             Kernel::Pool => 0,
             Kernel::Most | Kernel::MostFloats | Kernel::MeanFloats | Kernel::Shuffle => 150,
             Kernel::Mean => 350,
-            Kernel::Deviation => 450,
+            Kernel::Deviation | Kernel::FloatDeviation | Kernel::Norm => 450,
+            Kernel::Fused => 0,
+            Kernel::FloatConv => 1000,
+            Kernel::FloatDepthwise | Kernel::FloatMap => 250,
+            Kernel::FloatSums => 300,
+            Kernel::FloatLinear => 300,
+            Kernel::Lstm => 1500,
         };
         BASE + kernels.iter().map(bytes).sum::<usize>()
     }

@@ -5,10 +5,11 @@ use std::fmt::Write;
 
 use taxel_kernels::frozen::bytes::Ending;
 
-use crate::arena::Arena;
+use crate::arena::{Arena, element, offset};
+use crate::floats::source::FloatSource;
 use crate::kernel::Kernel;
-use crate::layer::{Conv, Depthwise, Layer, Row, RowNumber, Span, Statistic, Then, Work};
-use crate::literals::{float, floats, table};
+use crate::layer::{Conv, Depthwise, Layer, Memory, RowNumber, Span, Statistic, Then, Work};
+use crate::literals::{float, floats, numbers, table};
 use crate::lower::Network;
 use crate::whole::Whole;
 
@@ -84,6 +85,18 @@ impl Source {
                 let places =
                     [offset(from, arena), from.pitch, offset(to, arena), from.channels, from.positions];
                 self.moved(Kernel::Flatten, "flatten", &places);
+            }
+            Work::Floats(work) => {
+                let FloatSource { kernels, function, tables, table_bytes, fields } =
+                    FloatSource::new(number, layer, work, arena);
+                self.tables += &tables;
+                self.kernels.extend(&kernels);
+                if work.is_fused() {
+                    self.kernels.insert(Kernel::Fused);
+                }
+                if let Some(&kernel) = kernels.last() {
+                    self.described(number, layer, kernel, function, &fields, table_bytes);
+                }
             }
         }
     }
@@ -302,11 +315,6 @@ impl Source {
     }
 }
 
-/// Writes numbers in a row.
-fn numbers(values: &[usize]) -> String {
-    values.iter().map(usize::to_string).collect::<Vec<_>>().join(", ")
-}
-
 /// Writes the places of two addends and of their sum.
 fn pair(layer: &Layer, arena: &Arena) -> String {
     let [a, b, to] = [&layer.from[0], &layer.from[1], &layer.to];
@@ -319,16 +327,6 @@ fn end(ending: &Ending) -> String {
     [ending.zero, ending.low, ending.high].map(float).join(", ")
 }
 
-/// Returns the bytes of one value.
-pub(crate) fn element(row: &Row) -> usize {
-    if row.scale.is_some() { 1 } else { size_of::<f32>() }
-}
-
-/// Returns the first byte of a row.
-pub(crate) fn offset(row: &Row, arena: &Arena) -> usize {
-    arena.offsets[row.memory].unwrap_or(0) + row.start * element(row)
-}
-
 /// Writes the address of a byte of the arena.
 pub(crate) fn address(kind: &str, at: usize) -> String {
     if at == 0 { "arena".into() } else { format!("({kind} *)arena + {at}") }
@@ -336,19 +334,13 @@ pub(crate) fn address(kind: &str, at: usize) -> String {
 
 /// Returns the statements that fill the margins of a memory.
 pub(crate) fn margins(network: &Network, arena: &Arena, memory: usize) -> String {
-    let (margins, Some(zero)) = (network.memories[memory].margins, network.memories[memory].zero) else {
-        return String::new();
-    };
+    let Memory { margins, zero, len } = network.memories[memory];
+    let (each, zero) = zero.map_or((size_of::<f32>(), 0), |zero| (1, i32::from(zero) - 128));
     let base = arena.offsets[memory].unwrap_or(0);
-    let ends = [base, base + network.memories[memory].len - margins[1]];
+    let ends = [base, base + (len - margins[1]) * each];
     let mut calls = String::new();
     for (at, len) in ends.into_iter().zip(margins).filter(|(_, len)| *len > 0) {
-        let _ = writeln!(
-            calls,
-            "    (void)memset({}, {}, {len}u);",
-            address("int8_t", at),
-            i32::from(zero) - 128
-        );
+        let _ = writeln!(calls, "    (void)memset({}, {zero}, {}u);", address("int8_t", at), len * each);
     }
     calls
 }

@@ -29,7 +29,7 @@ fn rows() -> Vec<(String, Core, f64, f64)> {
         Some((network.replace('_', "-"), exact(core)?, number(instructions)?, number(flash)?))
     };
     // Rows of linear models and of other answers have no estimate of their own.
-    let of_zoo = |row: &(String, Core, f64, f64)| taxel_zoo::find(&row.0).is_ok();
+    let of_zoo = |row: &(String, Core, f64, f64)| taxel_zoo::find(row.0.trim_end_matches("-f32")).is_ok();
     PAGE.lines().filter_map(row).filter(of_zoo).collect()
 }
 
@@ -41,8 +41,10 @@ fn estimates_are_near_what_was_counted() {
     let mut cases: BTreeMap<String, Case> = BTreeMap::new();
     let mut wrong = vec![];
     for (network, core, instructions, flash) in rows {
-        let case =
-            cases.entry(network.clone()).or_insert_with_key(|name| Case::new(name, z_score(), classes(None)));
+        let case = cases.entry(network.clone()).or_insert_with_key(|name| match name.strip_suffix("-f32") {
+            Some(name) => Case::floats(name, z_score(), classes(None)),
+            None => Case::new(name, z_score(), classes(None)),
+        });
         let library: Library = case.library();
         let estimated = library.instructions(core).unwrap().unwrap() as f64;
         let bytes = library.flash(core).unwrap() as f64;

@@ -14,6 +14,10 @@ use taxel_firmware::{Answers, Features, Library, Spread, write_folder};
 const NETWORKS: [&str; 5] =
     ["mlp", "vgg6-lite-1d", "resnet8-lite-1d", "densenet6-lite-1d", "dilated-resnet-1d"];
 
+/// Networks in floats.
+const FLOATS: [&str; 6] =
+    ["resnet8-lite-1d", "mlp", "dilated-resnet-1d", "ds-cnn-1d", "layer-norm-mlp", "lstm"];
+
 /// Compilers with the cores they compile for; C, and C++ where it says so.
 const COMPILERS: [&str; 16] = [
     "gcc -std=c99 -O2",
@@ -21,15 +25,15 @@ const COMPILERS: [&str; 16] = [
     "g++ -x c++ -std=c++17 -O2",
     "clang -std=c99 -O2",
     "clang++ -x c++ -std=c++17 -O2",
-    "arm-none-eabi-gcc -std=c99 -O2 -mthumb -mcpu=cortex-m0",
-    "arm-none-eabi-gcc -std=c99 -O2 -mthumb -mcpu=cortex-m3",
+    "arm-none-eabi-gcc -std=c99 -O2 -mthumb -mcpu=cortex-m0 -DSOFT_FLOATS",
+    "arm-none-eabi-gcc -std=c99 -O2 -mthumb -mcpu=cortex-m3 -DSOFT_FLOATS",
     "arm-none-eabi-gcc -std=c99 -O0 -mthumb -mcpu=cortex-m4 -mfloat-abi=hard -mfpu=fpv4-sp-d16",
     "arm-none-eabi-gcc -std=c99 -O3 -mthumb -mcpu=cortex-m4 -mfloat-abi=hard -mfpu=fpv4-sp-d16",
     "arm-none-eabi-gcc -std=c99 -O2 -mthumb -mcpu=cortex-m55 -mfloat-abi=hard",
-    "arm-none-eabi-g++ -x c++ -std=c++17 -O2 -mthumb -mcpu=cortex-m0",
+    "arm-none-eabi-g++ -x c++ -std=c++17 -O2 -mthumb -mcpu=cortex-m0 -DSOFT_FLOATS",
     "arm-none-eabi-g++ -x c++ -std=c++17 -O2 -mthumb -mcpu=cortex-m4 -mfloat-abi=hard -mfpu=fpv4-sp-d16",
     "arm-none-eabi-g++ -x c++ -std=c++17 -O2 -mthumb -mcpu=cortex-m55 -mfloat-abi=hard",
-    "clang --target=arm-none-eabi -isystem /usr/lib/arm-none-eabi/include -std=c99 -O2 -mthumb -mcpu=cortex-m0",
+    "clang --target=arm-none-eabi -isystem /usr/lib/arm-none-eabi/include -std=c99 -O2 -mthumb -mcpu=cortex-m0 -DSOFT_FLOATS",
     "clang --target=arm-none-eabi -isystem /usr/lib/arm-none-eabi/include -std=c99 -O2 -mthumb -mcpu=cortex-m4 -mfloat-abi=hard",
     "clang --target=arm-none-eabi -isystem /usr/lib/arm-none-eabi/include -std=c99 -O2 -mthumb -mcpu=cortex-m55 -mfloat-abi=hard",
 ];
@@ -40,9 +44,9 @@ const HOST: [&str; 2] = ["gcc -std=c99 -O2", "clang -std=c99 -O2"];
 /// Definitions that cppcheck is given: of a PC, an M4, an M0 and RISC-V without FPU. Helium's own types are unknown to it.
 const CONFIGURATIONS: [&[&str]; 4] = [
     &["-D__GNUC__=12", "-D__SSE2__"],
-    &["-D__GNUC__=12", "-D__arm__", "-D__ARM_FP=4", "-D__ARM_FEATURE_DSP=1"],
-    &["-D__GNUC__=12", "-D__arm__", "-D__ARM_ARCH_6M__"],
-    &["-D__GNUC__=12", "-D__riscv"],
+    &["-D__GNUC__=12", "-D__arm__", "-D__ARM_FP=4", "-D__ARM_FEATURE_DSP=1", "-D__ARM_FEATURE_FMA=1"],
+    &["-D__GNUC__=12", "-D__arm__", "-D__ARM_ARCH_6M__", "-DSOFT_FLOATS"],
+    &["-D__GNUC__=12", "-D__riscv", "-DSOFT_FLOATS"],
 ];
 
 /// Rules of MISRA C:2012 that are advisory.
@@ -63,6 +67,10 @@ fn printed(home: &Path) -> Vec<PathBuf> {
         write_folder(&folder, &library.files().unwrap()).unwrap();
         folders.push(folder);
     };
+    for name in FLOATS {
+        let case = Case::floats(name, z_score(), classes(None));
+        write(&case.name, &case.library());
+    }
     let mut network = |name: &str, network: &str, encoding: Own, answers: Answers| {
         let mut case = Case::new(network, encoding, answers);
         case.name = name.into();
@@ -128,14 +136,19 @@ fn needs_compilers_that_have_nothing_to_say() {
     });
 }
 
+/// How tables of weights begin.
+const TABLES: [&str; 3] =
+    ["static const int8_t weight_", "static const float weight_", "static const float hidden_"];
+
 /// Leaves one line of each table of weights: cppcheck takes minutes for all of them.
 fn shortened(text: &str) -> String {
     let (mut lines, mut in_table) = (vec![], 0);
     for line in text.lines() {
-        match (line.strip_prefix("static const int8_t weight_"), line) {
-            (Some(rest), _) => {
+        let table = TABLES.iter().find_map(|start| Some((start, line.strip_prefix(start)?)));
+        match (table, line) {
+            (Some((start, rest)), _) => {
                 let number = rest.split('[').next().unwrap();
-                lines.push(format!("static const int8_t weight_{number}[] = {{"));
+                lines.push(format!("{start}{number}[] = {{"));
                 in_table = 1;
                 continue;
             }

@@ -1,9 +1,10 @@
-//! A network in eight bits as a list that others read: its steps, their whole numbers and the places of their values.
+//! A network as a list that others read: its steps, their numbers and the places of their values.
 
 use taxel_graph::{Graph, Weights};
 use taxel_kernels::frozen::bytes::ByteScale;
 use taxel_kernels::frozen::{ImagePlace, Pooling, Reach};
-use taxel_kernels::{Rectifier, Window3};
+use taxel_kernels::simd::{Level, level};
+use taxel_kernels::{Rectifier, Window3, lstm};
 
 use crate::byte_kernel::Whole;
 use crate::error::Result;
@@ -11,19 +12,28 @@ use crate::lower::{Purpose, lower};
 use crate::places::ValuePlaces;
 use crate::quantize::quantize;
 use crate::ranges::Ranges;
-use crate::step::{Algorithm, Conv, FrozenStep, StepOp};
+use crate::step::{Algorithm, Conv, FrozenStep, StepId, StepOp};
 
-/// The steps that [`Frozen::quantized`](crate::Frozen::quantized) takes, in order.
+/// The steps that [`Frozen::quantized`](crate::Frozen::quantized) or [`Frozen::new`](crate::Frozen::new) takes, in order.
 #[derive(Debug, Clone)]
 pub struct Blueprint {
     /// Name of the network.
     pub name: String,
+    /// Whether all values are floats: then scales and shifts are fused products and sums. In a network in eight bits they are
+    /// single operations.
+    pub in_floats: bool,
     /// Names and shapes of the inputs, without the batch axis.
     pub inputs: Vec<(String, Vec<usize>)>,
     /// All steps; each reads values of earlier ones.
     pub steps: Vec<PlannedStep>,
     /// Names of the outputs, and the steps that compute them.
     pub outputs: Vec<(String, usize)>,
+}
+
+/// Checks whether products of floats are fused with sums on this processor: then networks in floats predict the same bits on all
+/// others of that kind.
+pub fn has_fused_products() -> bool {
+    level() != Level::Portable
 }
 
 /// A step and the value that it computes.
@@ -76,8 +86,65 @@ pub enum PlannedOp {
     Shuffle(usize),
     /// Channels last to features with channels first.
     Flatten,
-    /// An operation between floats that has no fixed bits, in words.
+    /// A convolution of floats: each sum begins with the bias and adds one product after the other, fused, in the order of kernel
+    /// and channels; then a second input is added.
+    FloatConv(Box<PlannedFloatConv>),
+    /// A linear layer of floats.
+    FloatLinear(PlannedFloatLinear),
+    /// An LSTM, of which the last hidden state remains.
+    Lstm(Box<PlannedLstm>),
+    /// Layer normalisation of features.
+    LayerNorm {
+        /// What is added to the variance.
+        eps: f32,
+        /// One per feature.
+        weight: Vec<f32>,
+        /// One per feature.
+        bias: Vec<f32>,
+    },
+    /// An operation that others do not have, in words.
     Floats(&'static str),
+}
+
+/// A convolution of floats.
+#[derive(Debug, Clone)]
+pub struct PlannedFloatConv {
+    /// Its window.
+    pub window: Window3,
+    /// Distance of the inputs that neighbouring kernel values meet.
+    pub dilation: [usize; 3],
+    /// Groups of channels.
+    pub groups: usize,
+    /// Group × kernel × channels in × channels out; depthwise kernel × channels.
+    pub weight: Vec<f32>,
+    /// One per filter.
+    pub bias: Vec<f32>,
+    /// The rectifier of the sums.
+    pub rectifier: Rectifier,
+    /// Whether each filter reads one channel, its own.
+    pub is_depthwise: bool,
+    /// Whether the runtime takes fewer products than the definition, so that sums have another order.
+    pub has_fewer_products: bool,
+}
+
+/// A linear layer of floats, whose sums run side by side as in [`Linear`](taxel_kernels::frozen::Linear).
+#[derive(Debug, Clone)]
+pub struct PlannedFloatLinear {
+    /// Inputs × outputs; inputs lie channels last.
+    pub weight: Vec<f32>,
+    /// One per output.
+    pub bias: Vec<f32>,
+    /// The rectifier of the sums.
+    pub rectifier: Rectifier,
+}
+
+/// An LSTM layer with PyTorch's weights.
+#[derive(Debug, Clone)]
+pub struct PlannedLstm {
+    /// Its sizes.
+    pub sizes: lstm::Lstm,
+    /// Input weights (4·hidden × channels), recurrent weights (4·hidden × hidden) and both biases; gates in the order i, f, g, o.
+    pub weights: [Vec<f32>; 4],
 }
 
 /// A convolution, or a linear layer as one whose window is the whole image.
@@ -110,6 +177,20 @@ impl Blueprint {
         weights.check(graph)?;
         let (steps, outputs) = lower(graph, weights, Purpose::Bytes);
         let (steps, outputs) = quantize(steps, &outputs, ranges);
+        Ok(Self::of(graph, steps, outputs, false))
+    }
+
+    /// Lists the steps of `graph` in floats.
+    ///
+    /// # Errors
+    /// Weights that do not fit the graph.
+    pub fn floats(graph: &Graph, weights: &Weights) -> Result<Self> {
+        weights.check(graph)?;
+        let (steps, outputs) = lower(graph, weights, Purpose::Floats);
+        Ok(Self::of(graph, steps, outputs, true))
+    }
+
+    fn of(graph: &Graph, steps: Vec<FrozenStep>, outputs: Vec<StepId>, in_floats: bool) -> Self {
         let places = ValuePlaces::new(&steps, &outputs);
         let shapes: Vec<([usize; 3], Option<ByteScale>)> =
             steps.iter().map(|step| (step.shape.size, step.scale)).collect();
@@ -122,12 +203,13 @@ impl Blueprint {
             place: places.values[id].0,
         };
         let names = graph.outputs().iter().map(|(name, _)| name.clone());
-        Ok(Blueprint {
+        Blueprint {
             name: graph.name().to_string(),
+            in_floats,
             inputs: graph.inputs().map(|node| (node.name.clone(), node.shape.clone())).collect(),
             steps: steps.into_iter().enumerate().map(planned).collect(),
             outputs: names.zip(outputs).collect(),
-        })
+        }
     }
 }
 
@@ -149,13 +231,29 @@ fn operation(work: StepOp, input: Option<([usize; 3], Option<ByteScale>)>) -> Pl
         (StepOp::Slice(_), _) => PlannedOp::Slice,
         (StepOp::Shuffle(groups), _) => PlannedOp::Shuffle(groups),
         (StepOp::Flatten, _) => PlannedOp::Flatten,
-        (StepOp::Conv(_) | StepOp::Pair(_), None) => PlannedOp::Floats("a convolution of floats"),
+        (StepOp::Conv(conv), None) => PlannedOp::FloatConv(Box::new(of_floats(conv))),
         (StepOp::Pair(_), _) => PlannedOp::Floats("two convolutions band by band"),
-        (StepOp::Linear { .. }, None) => PlannedOp::Floats("a linear layer of floats"),
-        (StepOp::Lstm { .. }, _) => PlannedOp::Floats("an LSTM"),
+        (StepOp::Linear { weight, bias, rectifier }, None) => {
+            PlannedOp::FloatLinear(PlannedFloatLinear { weight, bias, rectifier })
+        }
+        (StepOp::Lstm { sizes, weights }, _) => PlannedOp::Lstm(Box::new(PlannedLstm { sizes, weights })),
         (StepOp::Activation(_), _) => PlannedOp::Floats("an activation function other than a rectifier"),
-        (StepOp::LayerNorm { .. }, _) => PlannedOp::Floats("a layer norm"),
+        (StepOp::LayerNorm { eps, weight, bias }, _) => PlannedOp::LayerNorm { eps, weight, bias },
         (StepOp::Switch, _) => PlannedOp::Floats("a switch between two streams"),
+    }
+}
+
+fn of_floats(conv: Conv) -> PlannedFloatConv {
+    let Conv { window, dilation, groups, weight, bias, rectifier, algorithm } = conv;
+    PlannedFloatConv {
+        window,
+        dilation,
+        groups,
+        weight,
+        bias,
+        rectifier,
+        is_depthwise: matches!(algorithm, Algorithm::Depthwise),
+        has_fewer_products: matches!(algorithm, Algorithm::Winograd(_)),
     }
 }
 

@@ -42,7 +42,10 @@ mod ranges;
 mod step;
 mod weights;
 
-pub use blueprint::{Blueprint, PlannedConv, PlannedOp, PlannedStep};
+pub use blueprint::{
+    Blueprint, PlannedConv, PlannedFloatConv, PlannedFloatLinear, PlannedLstm, PlannedOp, PlannedStep,
+    has_fused_products,
+};
 pub use error::{Error, Result};
 pub use frozen::{Frozen, Workspace};
 pub use observer::Observer;

@@ -40,7 +40,7 @@ enum Read {
     Linear(Box<Fitted>),
 }
 
-/// Writes a network in eight bits, MiniRocket or ridge as a folder of C99 for microcontrollers, whose predictions have the bits
+/// Writes a network in eight bits or in floats, MiniRocket or ridge as a folder of C99 for microcontrollers, whose predictions have the bits
 /// of [`Model::predict`]; without a `name` the library has the model's.
 ///
 /// ```no_run
@@ -105,25 +105,25 @@ fn read(model: &Model) -> Result<Read> {
 
 fn network(model: &Model, graph: &Graph) -> Result<Blueprint> {
     let card = model.card();
-    let Some(quantized) = &card.quantized else {
-        let bytes = size_of::<f32>() * graph.parameter_count();
-        return Err(refusal(
-            card,
-            format!(
-                "is in 32-bit floats ({bytes} bytes of weights), and C is printed of eight bits ({} bytes): write that model \
-                 first with `taxel quantize MODEL --calibrate RECORDINGS --output SMALL`",
-                bytes / size_of::<f32>()
-            ),
-        ));
+    let blueprint = match &card.quantized {
+        Some(quantized) => Blueprint::new(graph, model.weights(), &quantized.ranges),
+        None if !taxel_runtime::has_fused_products() => {
+            return Err(refusal(
+                card,
+                "is in 32-bit floats, and this processor fuses no products, so that its predictions differ from those of C in the \
+                 last bits: export on a PC with AVX2 or on 64-bit Arm, or quantize it with `taxel quantize`"
+                    .into(),
+            ));
+        }
+        None => Blueprint::floats(graph, model.weights()),
     };
-    let blueprint = Blueprint::new(graph, model.weights(), &quantized.ranges);
     Ok(blueprint.map_err(taxel_learn::Error::from)?)
 }
 
 /// Returns the linear model of a baseline.
 fn linear<'f>(card: &Card, fitted: &'f Fitted) -> Result<Method<'f>> {
     let Some(LinearModel { features, weights, bias }) = fitted.linear() else {
-        let reason = "is a baseline without C; networks in eight bits, MiniRocket and ridge have one: `taxel choose` names the \
+        let reason = "is a baseline without C; networks, MiniRocket and ridge have one: `taxel choose` names the \
                       smallest that suffices";
         return Err(refusal(card, reason.into()));
     };
@@ -295,6 +295,13 @@ fn expected(model: &Model, samples: &Samples) -> Result<Expected> {
 
 fn remarks(card: &Card, answers: &Answers) -> Vec<String> {
     let mut remarks = vec![];
+    if matches!(card.kind, ModelKind::Network { .. }) && card.quantized.is_none() {
+        remarks.push(
+            "The network is in 32-bit floats: it needs a processor with FPU, such as a Cortex-M4F. `taxel quantize` makes one in \
+             eight bits, which needs none."
+                .into(),
+        );
+    }
     if card.guard.is_some() {
         remarks
             .push("The model's guard is not in the C: broken channels reach the network as they are.".into());

@@ -33,6 +33,7 @@ pub struct Footprint {
 /// A model that has no C, with the reason.
 pub fn footprint(model: &Model, core: Core) -> Result<Footprint> {
     with_library(model, None, 0, |library: &Library| {
+        library.check_core(core)?;
         let Size { tables, ram, ring, macs, .. } = library.size()?;
         Ok(Footprint {
             target: core.name(),

@@ -29,7 +29,7 @@ extern "C" {
 #define TAXEL_@NAME@_FLASH_BYTES @flash@u
 /* Products of one prediction. */
 #define TAXEL_@NAME@_MACS @macs@u
-
+@fpu@
 /* A value of the sample is not a finite number; nothing was predicted. */
 #define TAXEL_@NAME@_NOT_FINITE (-1)
 /* Fewer than TAXEL_@NAME@_RING_STEPS time steps have been pushed. */

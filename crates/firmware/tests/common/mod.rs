@@ -137,6 +137,16 @@ pub struct Case {
 }
 
 impl Case {
+    /// Makes a network in 32-bit floats, whose name ends with `-f32`.
+    pub fn floats(name: &str, encoding: Own, answers: Answers) -> Self {
+        let graph = graph(name, &encoding.shape(), answers.outputs());
+        let (weights, samples) = (weights(&graph), samples());
+        let frozen = Frozen::new(&graph, &weights).unwrap();
+        let expected = predicted(name, &frozen, &samples, (&encoding, &answers));
+        let blueprint = Blueprint::floats(&graph, &weights).unwrap();
+        Case { name: format!("{name}-f32"), blueprint, samples, encoding, answers, expected }
+    }
+
     pub fn new(name: &str, encoding: Own, answers: Answers) -> Self {
         let outputs = answers.outputs();
         let graph = graph(name, &encoding.shape(), outputs);
@@ -147,15 +157,7 @@ impl Case {
         inputs[..50].iter().for_each(|input| observer.see(&[input]).unwrap());
         let ranges: Ranges = observer.ranges();
         let frozen = Frozen::quantized(&graph, &weights, &ranges).unwrap();
-        let mut workspace = frozen.workspace();
-        let mut expected = Expected::default();
-        for input in &inputs {
-            let row = frozen.predict(&mut workspace, &[input]).unwrap().to_vec();
-            answered(&row, &answers, &mut expected);
-        }
-        let rows = expected.outputs.chunks(outputs);
-        let differ = rows.filter(|row| **row != expected.outputs[..outputs]).count();
-        assert!(differ > 100, "{name}: samples hardly differ");
+        let expected = predicted(name, &frozen, &samples, (&encoding, &answers));
         let blueprint = Blueprint::new(&graph, &weights, &ranges).unwrap();
         Case { name: name.into(), blueprint, samples, encoding, answers, expected }
     }
@@ -192,6 +194,24 @@ pub fn has_the_same_bits(library: &Library, folder: &Path, compiler: &str, flags
     for flags in flags {
         check(compiler, flags, folder).unwrap_or_else(|reason| panic!("{}: {reason}", library.name));
     }
+}
+
+/// Returns what the runtime predicts for samples.
+fn predicted(
+    name: &str,
+    frozen: &Frozen,
+    samples: &Samples,
+    (encoding, answers): (&Own, &Answers),
+) -> Expected {
+    let (mut workspace, mut expected) = (frozen.workspace(), Expected::default());
+    for sample in samples.values().chunks(SAMPLE[0] * SAMPLE[1]) {
+        let row = frozen.predict(&mut workspace, &[&encoding.encode(sample)]).unwrap().to_vec();
+        answered(&row, answers, &mut expected);
+    }
+    let rows = expected.outputs.chunks(answers.outputs());
+    let differ = rows.filter(|row| **row != expected.outputs[..answers.outputs()]).count();
+    assert!(differ > 100, "{name}: samples hardly differ");
+    expected
 }
 
 /// Adds what has to come of a row of outputs.

@@ -28,8 +28,8 @@ use crate::{out, outln};
 /// Methods that lose half of their margin above chance at severity 1 of a common fault (noise, drift, gain, dead, jitter) are
 /// chosen only where nothing steadier suffices, unless --clean-only. That needs faults measured: by taxel report.
 ///
-/// With --max-flash or --max-ram only what fits a microcontroller as C is chosen: networks in eight bits (`taxel quantize RUN`
-/// adds them), MiniRocket and ridge. What does not fit is named with its bytes (docs/firmware.md).
+/// With --max-flash or --max-ram only what fits a microcontroller with FPU as C is chosen: networks in floats or in eight bits (`taxel
+/// quantize RUN` adds those), MiniRocket and ridge. What does not fit is named with its bytes (docs/firmware.md).
 ///
 /// Speed is measured on this machine unless the run folder holds a judgement.json; --max-loss corrupts test
 /// samples on purpose first. Five or more RUNs that share networks are ranked together too (Friedman, with

@@ -20,8 +20,8 @@ use crate::{out, outln};
 /// addition per bias and output value. Everything is for one sample in 32-bit floats. Layers have the numbers that ranges
 /// of layers to freeze use, dropout left out: MATLAB's numbers in mobilenet-v2.
 ///
-/// With --target a model in eight bits, MiniRocket or ridge says how much flash and RAM it takes as C on a microcontroller, and
-/// about how many instructions one prediction takes. Instructions are not cycles (docs/firmware.md).
+/// With --target a network in eight bits or in floats, MiniRocket or ridge says how much flash and RAM it takes as C on a microcontroller, and
+/// about how many instructions one prediction takes. A network in floats is refused on a core without FPU. Instructions are not cycles (docs/firmware.md).
 #[derive(Args)]
 #[command(after_help = "Examples:  taxel cost hybrid-resvgg --set classes=28
            taxel cost small.safetensors --target m4f")]

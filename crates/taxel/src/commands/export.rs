@@ -33,7 +33,7 @@ enum Format {
 /// MODEL may also be a network without encoding: a file that `taxel import` wrote, or a name of the zoo with --weights.
 /// Of the baselines MiniRocket and ridge can be exported. docs/onnx.md has the operations and five lines of Python that run the file.
 ///
-/// With --format c a model in eight bits, MiniRocket or ridge becomes a folder that compiles as it is: C99 without malloc and libm, a test, and
+/// With --format c a network in eight bits or in floats, MiniRocket or ridge becomes a folder that compiles as it is: C99 without malloc and libm, a test, and
 /// what Arduino, PlatformIO, Zephyr and CMake expect. Its predictions have the bits of `taxel predict` (docs/firmware.md).
 #[derive(Args)]
 #[command(after_help = "Examples:  taxel export model.safetensors --output model.onnx
