@@ -153,6 +153,7 @@ fn operation(work: StepOp, input: Option<([usize; 3], Option<ByteScale>)>) -> Pl
         (StepOp::Pair(_), _) => PlannedOp::Floats("two convolutions band by band"),
         (StepOp::Linear { .. }, None) => PlannedOp::Floats("a linear layer of floats"),
         (StepOp::Lstm { .. }, _) => PlannedOp::Floats("an LSTM"),
+        (StepOp::Gru { .. }, _) => PlannedOp::Floats("a GRU"),
         (StepOp::Activation(_), _) => PlannedOp::Floats("an activation function other than a rectifier"),
         (StepOp::LayerNorm { .. }, _) => PlannedOp::Floats("a layer norm"),
         (StepOp::Switch, _) => PlannedOp::Floats("a switch between two streams"),

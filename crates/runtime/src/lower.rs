@@ -2,7 +2,7 @@
 
 use taxel_graph::{Activation, Graph, Node, NodeId, Op, Weights, Window};
 use taxel_kernels::frozen::{self, Pooling};
-use taxel_kernels::{Rectifier, Window3, axes3, conv, lstm};
+use taxel_kernels::{Rectifier, Window3, axes3, conv, gru, lstm};
 
 use crate::merge::merge;
 use crate::step::{Algorithm, Conv, FrozenStep, StepId, StepOp, ValueShape};
@@ -78,6 +78,13 @@ impl Lower<'_> {
                     lstm::Lstm { channels: self.steps[input].shape.channels, steps: *steps, hidden: *hidden };
                 let weights = [0, 1, 2, 3].map(|which| weights::values(self.weights, node, which).to_vec());
                 self.push(StepOp::Lstm { sizes, weights }, vec![input], node)
+            }
+            Op::Gru { hidden, steps } => {
+                let input = self.stored(at(0));
+                let sizes =
+                    gru::Gru { channels: self.steps[input].shape.channels, steps: *steps, hidden: *hidden };
+                let weights = [0, 1, 2, 3].map(|which| weights::values(self.weights, node, which).to_vec());
+                self.push(StepOp::Gru { sizes, weights }, vec![input], node)
             }
             Op::BatchNorm { eps, .. } => {
                 let norm = weights::norm(self.weights, node, *eps);

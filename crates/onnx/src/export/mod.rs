@@ -6,6 +6,7 @@ mod front;
 mod gate;
 mod history;
 mod model;
+mod recurrent;
 mod rocket;
 mod sink;
 mod value;
