@@ -186,8 +186,9 @@ impl Model {
                 let y = x.matmul(&tensor(0).t()?)?;
                 if *bias { y.broadcast_add(tensor(1)) } else { Ok(y) }
             }
-            Op::Lstm { .. } => recurrent::lstm(x, [0, 1, 2, 3].map(tensor)),
-            Op::Gru { .. } => recurrent::gru(x, [0, 1, 2, 3].map(tensor)),
+            op @ (Op::Lstm { .. } | Op::Gru { .. }) => {
+                recurrent::last_hidden(op, x, [0, 1, 2, 3].map(tensor))
+            }
             Op::Scale => x.broadcast_mul(tensor(0)),
             Op::ChannelShuffle { groups } => shuffle(x, *groups),
             Op::Slice { start, len } => x.narrow(1, *start, *len)?.contiguous(),

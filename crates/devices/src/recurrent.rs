@@ -2,9 +2,18 @@
 
 use candle_core::{Result, Tensor};
 use candle_nn::ops::sigmoid;
+use taxel_graph::Op;
+
+/// Computes the hidden state of a GRU, or else an LSTM, after the last step.
+pub(crate) fn last_hidden(op: &Op, x: &Tensor, tensors: [&Tensor; 4]) -> Result<Tensor> {
+    match op {
+        Op::Gru { .. } => gru(x, tensors),
+        _ => lstm(x, tensors),
+    }
+}
 
 /// Computes the hidden state [n, hidden] of an LSTM after the last step of `x` [n, channels, 1…, steps]; gates i, f, g, o.
-pub(crate) fn lstm(x: &Tensor, [w_ih, w_hh, b_ih, b_hh]: [&Tensor; 4]) -> Result<Tensor> {
+fn lstm(x: &Tensor, [w_ih, w_hh, b_ih, b_hh]: [&Tensor; 4]) -> Result<Tensor> {
     let projected = projected(x, w_ih, &(b_ih + b_hh)?)?;
     let (n, steps, _) = projected.dims3()?;
     let (hidden, recurrent) = (w_hh.dim(1)?, w_hh.t()?);
@@ -21,7 +30,7 @@ pub(crate) fn lstm(x: &Tensor, [w_ih, w_hh, b_ih, b_hh]: [&Tensor; 4]) -> Result
 }
 
 /// Computes the hidden state [n, hidden] of a GRU after the last step of `x` [n, channels, 1…, steps]; gates r, z, n.
-pub(crate) fn gru(x: &Tensor, [w_ih, w_hh, b_ih, b_hh]: [&Tensor; 4]) -> Result<Tensor> {
+fn gru(x: &Tensor, [w_ih, w_hh, b_ih, b_hh]: [&Tensor; 4]) -> Result<Tensor> {
     let projected = projected(x, w_ih, b_ih)?;
     let (n, steps, _) = projected.dims3()?;
     let (hidden, recurrent) = (w_hh.dim(1)?, w_hh.t()?);

@@ -327,8 +327,7 @@ impl Call {
                 layer_norm::forward(*eps, x, weight, bias, &mut y[to.start..][..to.channels]);
             }
             CallKernel::Flatten => {
-                let from = &self.from[0].1;
-                let x = dense(from, values[0], input);
+                let (from, x) = (&self.from[0].1, dense(&self.from[0].1, values[0], input));
                 staged(to, y, output, |y| layout::transpose(from.positions(), from.channels, x, y, false));
             }
             CallKernel::Bytes(_) => unreachable!("it is run before"),

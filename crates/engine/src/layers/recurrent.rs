@@ -15,7 +15,7 @@ const PIECES: usize = 2;
 pub(super) trait Cell: Copy + Send + Sync {
     /// Gates of one hidden unit.
     const GATES: usize;
-    /// What the backward pass needs to know of the forward pass.
+    /// The values of the forward pass that the backward pass needs.
     type Trace: Send + Sync;
 
     /// Returns channels, steps and hidden units.

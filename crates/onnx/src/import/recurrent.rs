@@ -13,7 +13,7 @@ struct Kind {
     order: &'static [usize],
     /// The only functions that taxel has.
     functions: &'static [&'static str],
-    /// What the stored input weights may be called, for the name of the layer.
+    /// Endings of the names of stored input weights, before which the name of the layer stands.
     endings: [&'static str; 2],
 }
 
