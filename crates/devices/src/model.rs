@@ -186,9 +186,7 @@ impl Model {
                 let y = x.matmul(&tensor(0).t()?)?;
                 if *bias { y.broadcast_add(tensor(1)) } else { Ok(y) }
             }
-            op @ (Op::Lstm { .. } | Op::Gru { .. }) => {
-                recurrent::last_hidden(op, x, [0, 1, 2, 3].map(tensor))
-            }
+            Op::Lstm { .. } | Op::Gru { .. } => recurrent::last(&node.op, x, [0, 1, 2, 3].map(tensor)),
             Op::Scale => x.broadcast_mul(tensor(0)),
             Op::ChannelShuffle { groups } => shuffle(x, *groups),
             Op::Slice { start, len } => x.narrow(1, *start, *len)?.contiguous(),

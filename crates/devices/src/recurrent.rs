@@ -5,7 +5,7 @@ use candle_nn::ops::sigmoid;
 use taxel_graph::Op;
 
 /// Computes the hidden state of a GRU, or else an LSTM, after the last step.
-pub(crate) fn last_hidden(op: &Op, x: &Tensor, tensors: [&Tensor; 4]) -> Result<Tensor> {
+pub(crate) fn last(op: &Op, x: &Tensor, tensors: [&Tensor; 4]) -> Result<Tensor> {
     match op {
         Op::Gru { .. } => gru(x, tensors),
         _ => lstm(x, tensors),
