@@ -83,7 +83,7 @@ fn visuotactile_and_palpation_ones_run_on_eyes_of_their_own() {
     let first = with_pictures.iter().find(|path| path.ends_with("eyes.toml")).unwrap();
     run_quick_into(&eyes, first, &[]);
     let with_eyes: Vec<&PathBuf> = with_pictures.iter().filter(|path| holds(path, "TAXEL_EYES")).collect();
-    assert_eq!(with_eyes.len(), 11);
+    assert_eq!(with_eyes.len(), 12);
     for (i, config) in with_eyes.into_iter().enumerate() {
         let variables = [("TAXEL_EYES", eyes.join("models"))];
         let variables = variables.each_ref().map(|(name, path)| (*name, path.as_path()));

@@ -362,6 +362,11 @@ impl Flow {
         self.step(self.inner.lstm(name, hidden))
     }
 
+    /// Adds GRU layer `name`: channels × length to `hidden` features after the last step.
+    fn gru(&self, name: &str, hidden: usize) -> PyResult<Flow> {
+        self.step(self.inner.gru(name, hidden))
+    }
+
     /// Takes the maximum over windows; the stride is the kernel's size where nobody says it.
     #[pyo3(signature = (kernel, *, stride=None, padding=None, round_up=false))]
     fn max_pool(

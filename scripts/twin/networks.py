@@ -310,6 +310,37 @@ class TactNet3d(nn.Module):
         return self.fc4(self.drop3(torch.relu(self.fc3(x.flatten(1)))))
 
 
+class Frames(nn.Module):
+    """Convolution and batch norm of frames, the last axis, which share their weights."""
+
+    def __init__(self, inputs, outputs, kernel):
+        super().__init__()
+        self.conv = nn.Conv3d(inputs, outputs, (kernel, kernel, 1), padding=(kernel // 2, kernel // 2, 0))
+        self.bn = nn.BatchNorm3d(outputs)
+
+    def forward(self, x):
+        return torch.relu(self.bn(self.conv(x)))
+
+
+class TactNetGru(nn.Module):
+    """The convolutions of TactNet6 on every frame, a mean over the places of each, a GRU over frames."""
+
+    def __init__(self, in_channels, hidden, classes, **_sizes):
+        super().__init__()
+        widths = [in_channels, 8, 16, 32, 64, 128]
+        self.convs = nn.ModuleList(Frames(a, b, 5 if i == 0 else 3) for i, (a, b) in enumerate(zip(widths, widths[1:])))
+        self.gru = nn.GRU(widths[-1], hidden, batch_first=True)
+        self.fc = nn.Linear(hidden, classes)
+
+    def forward(self, x):
+        for conv in self.convs:
+            # Frames are images of a batch of their own.
+            x = conv(x).permute(0, 4, 1, 2, 3)
+            images = nn.functional.max_pool2d(x.flatten(0, 1), 2, 2, ceil_mode=True)
+            x = images.unflatten(0, x.shape[:2]).permute(0, 2, 3, 4, 1)
+        return self.fc(self.gru(x.mean((2, 3)).transpose(1, 2))[0][:, -1])
+
+
 class Scale(nn.Module):
     """One scale of Zhang et al. 2022: convolution of 3, batch norm, pool."""
 
@@ -489,6 +520,12 @@ TWINS = {
     "tactnet3d-fc32": squeeze([8, 16], [dict(height=11, width=13, frames=6)], hidden=32),
     "tactnet3d-8-16-32": squeeze([8, 16, 32], [dict(height=15, width=11, frames=8)]),
     "tactnet3d-51": squeeze([16, 32], [dict(height=11, width=8, frames=19)], PALPATION_KERNELS, classes=24, frames=51, dropout=0.7),
+    "tactnet6-gru": Twin(
+        TactNetGru,
+        dict(classes=9, in_channels=1, height=28, width=50, frames=10, hidden=64),
+        [TENSOR],
+        cases=[{}, dict(in_channels=2, height=11, width=7, frames=5, hidden=12, classes=4)],
+    ),
     # Batch norm over three samples whose features hardly differ, less still after a sigmoid: PyTorch's own
     # float32 is 8.5e-5 from float64 there.
     "multiscale-cnn": Twin(

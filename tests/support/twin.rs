@@ -315,6 +315,7 @@ fn operation(case: &Value) -> Graph {
         "hard_swish" => x.activation(Activation::HardSwish),
         "dropout" => x.dropout(real("probability")),
         "lstm" => x.lstm("op", number("hidden")),
+        "gru" => x.gru("op", number("hidden")),
         "adaptive" => x.adaptive_average_pool(extent("output")),
         "scale" => x.scale("op", 1.0),
         "shuffle" => x.channel_shuffle(number("groups")),

@@ -25,9 +25,9 @@
 mod activation;
 mod error;
 mod gather;
-mod lstm;
 mod model;
 mod objective;
+mod recurrent;
 
 pub use candle_core::Device;
 pub use error::{Error, Result};

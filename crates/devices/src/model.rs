@@ -7,7 +7,7 @@ use taxel_graph::{DropoutMask, Graph, Loss, Node, Op, Targets, TensorKind, Weigh
 
 use crate::error::{Error, Result};
 use crate::gather::Gather;
-use crate::{activation, lstm, objective};
+use crate::{activation, objective, recurrent};
 
 /// A graph and its tensors on a device.
 pub struct Model {
@@ -186,7 +186,7 @@ impl Model {
                 let y = x.matmul(&tensor(0).t()?)?;
                 if *bias { y.broadcast_add(tensor(1)) } else { Ok(y) }
             }
-            Op::Lstm { .. } => lstm::last_hidden(x, [0, 1, 2, 3].map(tensor)),
+            Op::Lstm { .. } | Op::Gru { .. } => recurrent::last(&node.op, x, [0, 1, 2, 3].map(tensor)),
             Op::Scale => x.broadcast_mul(tensor(0)),
             Op::ChannelShuffle { groups } => shuffle(x, *groups),
             Op::Slice { start, len } => x.narrow(1, *start, *len)?.contiguous(),

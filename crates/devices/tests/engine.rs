@@ -100,7 +100,7 @@ fn compare_soft_targets(loss: Loss, scale: f32) {
 #[test]
 fn operations_beside_another_reader() {
     type Case = (&'static str, &'static [usize], fn(&Flow) -> Flow);
-    let cases: [Case; 18] = [
+    let cases: [Case; 20] = [
         ("leaky_relu", &[3, 4, 5], |x| x.activation(Activation::LeakyRelu { slope: 0.1 })),
         ("sigmoid", &[3, 4, 5], |x| x.activation(Activation::Sigmoid)),
         ("tanh", &[3, 7], |x| x.activation(Activation::Tanh)),
@@ -118,6 +118,8 @@ fn operations_beside_another_reader() {
         ("layer norm of few", &[3, 4, 2], |x| x.global_average_pool().layer_norm("op")),
         ("dilated", &[3, 9], |x| x.conv("op", Conv::new(4, 3).dilation(2).same())),
         ("lstm", &[3, 6], |x| x.lstm("op", 4)),
+        ("gru", &[3, 6], |x| x.gru("op", 4)),
+        ("gru of frames", &[3, 1, 1, 5], |x| x.gru("op", 9)),
         ("max", &[3, 5, 6], |x| x.max_pool(Pool::new(2).stride(1))),
     ];
     for (what, shape, operation) in cases {

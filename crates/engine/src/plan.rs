@@ -288,7 +288,7 @@ fn flush<S>(phases: &mut Vec<Phase<S>>, steps: &mut Vec<S>) {
 
 /// Checks whether a node wants all samples at once.
 fn is_batch(op: &Op) -> bool {
-    matches!(op, Op::Linear { .. } | Op::Lstm { .. })
+    matches!(op, Op::Linear { .. } | Op::Lstm { .. } | Op::Gru { .. })
 }
 
 /// Returns the rectifier that a node is, if it is one.

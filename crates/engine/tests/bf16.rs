@@ -40,7 +40,7 @@ fn graph(name: &str) -> Graph {
 }
 
 /// Networks with every kind of product: linear, recurrent, along one to three axes, strided, grouped.
-const NETWORKS: [&str; 5] = ["mlp", "lstm", "resnet8-lite-1d", "hybrid-resvgg", "tactnet3d"];
+const NETWORKS: [&str; 6] = ["mlp", "lstm", "tactnet6-gru", "resnet8-lite-1d", "hybrid-resvgg", "tactnet3d"];
 
 #[test]
 fn is_refused_with_the_reason_where_the_processor_lacks_it() {

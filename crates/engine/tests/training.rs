@@ -169,7 +169,9 @@ fn gradients_are_clipped_together() {
 /// Without a batch norm among them, frozen nodes change nothing but that they stay.
 #[test]
 fn frozen_nodes_stay_and_the_others_have_the_same_gradients() {
-    for names in [&["left.conv"][..], &["fc2"], &["lstm", "right"], &["right.scale"], &["stem.conv", "fc1"]] {
+    for names in
+        [&["left.conv"][..], &["fc2"], &["lstm", "gru", "right"], &["right.scale"], &["stem.conv", "fc1"]]
+    {
         for (name, optimiser) in OPTIMISERS {
             let (mut all, mut some) = (engine(5, 1, &[]), engine(5, 1, names));
             assert_eq!(pass(&mut all, 5, 0), pass(&mut some, 5, 0));
@@ -297,7 +299,7 @@ fn frozen_batch_norms_use_and_keep_running_statistics() {
 #[test]
 fn everything_frozen_moves_nothing() {
     let graph = mixed();
-    let names: Vec<&str> = vec!["stem", "left", "right", "wide", "lstm", "fc1", "ln", "fc2"];
+    let names: Vec<&str> = vec!["stem", "left", "right", "wide", "lstm", "gru", "fc1", "ln", "fc2"];
     let mut engine = engine(3, 1, &names);
     let before = engine.weights();
     assert!(pass(&mut engine, 3, 0).is_finite());

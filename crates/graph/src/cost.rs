@@ -2,7 +2,7 @@
 //!
 //! A MAC is one multiply–accumulate of a convolution, linear or recurrent layer; batch norm,
 //! activations and pools are not counted. FLOPs are `2 · MAC` plus one addition per bias and output value
-//! (in an LSTM, per bias, gate and step).
+//! (in an LSTM or GRU, per bias, gate and step).
 
 use crate::graph::{Graph, Node, Param, TensorKind};
 use crate::op::Op;
@@ -67,9 +67,10 @@ impl Node {
                 (outputs * row as u64, if *bias { outputs } else { 0 })
             }
             // Every step meets both weight tensors and both biases once.
-            Op::Lstm { hidden, steps } => {
-                let weights: usize = self.params.iter().take(2).map(Param::len).sum();
-                ((steps * weights) as u64, (2 * 4 * hidden * steps) as u64)
+            Op::Lstm { steps, .. } | Op::Gru { steps, .. } => {
+                let [weights, biases] = [&self.params[..2], &self.params[2..]]
+                    .map(|params| params.iter().map(Param::len).sum::<usize>());
+                ((steps * weights) as u64, (steps * biases) as u64)
             }
             _ => (0, 0),
         };
@@ -119,6 +120,9 @@ mod tests {
         // 4 gates of 6 hidden values from 3 channels and 6 hidden values, two biases, 10 steps.
         let [_, lstm] = costs(&[3, 10], |x| x.lstm("lstm", 6));
         assert_eq!(lstm, cost([264, 0, 2160, 4800, 6]));
+        // 3 gates, likewise.
+        let [_, gru] = costs(&[3, 1, 10], |x| x.gru("gru", 6));
+        assert_eq!(gru, cost([198, 0, 1620, 3600, 6]));
         // Weight and bias are learned, running mean and variance are kept.
         let [_, norm] = costs(&[5], |x| x.batch_norm("bn"));
         assert_eq!([norm.parameters, norm.macs, norm.flops, norm.activations], [10, 0, 0, 5]);

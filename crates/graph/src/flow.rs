@@ -118,14 +118,20 @@ impl Flow {
         self.unnamed(Op::Dropout { probability }, &[])
     }
 
-    /// Adds LSTM layer `name` over the length axis: channels × length → `hidden` features after the last step.
+    /// Adds LSTM layer `name` over the last axis: channels × length → `hidden` features after the last step.
     ///
     /// All tensors start uniform in ±1/√hidden, as in PyTorch. Under [`crate::Scheme::Glorot`] and
-    /// [`crate::Scheme::He`] the four gates count as outputs and biases are zero; MATLAB's orthogonal
+    /// [`crate::Scheme::He`] the gates count as outputs and biases are zero; MATLAB's orthogonal
     /// recurrent weights and forget bias of 1 are not among the schemes.
     pub fn lstm(&self, name: &str, hidden: usize) -> Flow {
-        let steps = self.shape().get(1).copied().unwrap_or_default();
+        let steps = self.shape().last().copied().unwrap_or_default();
         self.computed(|_| self.full(name), Op::Lstm { hidden, steps }, &[])
+    }
+
+    /// Adds GRU layer `name` over the last axis: channels × length → `hidden` features after the last step.
+    pub fn gru(&self, name: &str, hidden: usize) -> Flow {
+        let steps = self.shape().last().copied().unwrap_or_default();
+        self.computed(|_| self.full(name), Op::Gru { hidden, steps }, &[])
     }
 
     /// Multiplies the flow by one learned scalar, a tensor of one value called `name` that starts at `initial`.

@@ -81,7 +81,8 @@ impl<'a> Inference<'a> {
                     // An input's values are counted, so that this product does not overflow.
                     Op::Flatten => Ok((vec![x.iter().product()], vec![])),
                     Op::Linear { outputs, bias } => self.linear(x, *outputs, *bias),
-                    Op::Lstm { hidden, steps } => self.lstm(x, *hidden, *steps),
+                    Op::Lstm { hidden, steps } => self.recurrent(x, 4, *hidden, *steps),
+                    Op::Gru { hidden, steps } => self.recurrent(x, 3, *hidden, *steps),
                     Op::Scale => Ok((x.to_vec(), vec![self.constant(self.node.into(), 1, 1.0)])),
                     Op::ChannelShuffle { groups } => self.channel_shuffle(x, *groups),
                     Op::Slice { start, len } => self.slice(x, *start, *len),
@@ -264,18 +265,24 @@ impl<'a> Inference<'a> {
         Ok(([&x[..1], output].concat(), vec![]))
     }
 
-    fn lstm(&self, x: &[usize], hidden: usize, steps: usize) -> Inferred {
-        let &[channels, length] = x else {
+    fn recurrent(&self, x: &[usize], gates: usize, hidden: usize, steps: usize) -> Inferred {
+        let &[channels, ref between @ .., length] = x else {
             return self.refuse(format!("needs channels × length, the input is {}", describe(x)));
         };
+        if between.iter().any(|&size| size != 1) {
+            let described = describe(x);
+            return self.refuse(format!(
+                "reads the last axis step by step, so all axes between it and the channels must be 1; the input is {described}"
+            ));
+        }
         if hidden == 0 {
             return self.refuse("must have at least one hidden unit");
         }
         if steps != length {
             return self.refuse(format!("{steps} steps, the input is {}", describe(x)));
         }
-        check_count(self.node, "a weight", &[4, hidden, hidden])?;
-        let gates = 4 * hidden;
+        check_count(self.node, "a weight", &[gates, hidden, hidden])?;
+        let gates = gates * hidden;
         let init = Init::Uniform { bound: 1.0 / (hidden as f32).sqrt() };
         let params = vec![
             self.tensor("weight_ih_l0", vec![gates, channels], init, Some((channels, gates)))?,

@@ -91,8 +91,9 @@ pub enum Op {
         /// Whether a bias is added.
         bias: bool,
     },
-    /// One LSTM layer over the length axis, from zero states: channels × length → features, the hidden
-    /// state after the last step (`torch.nn.LSTM`, one layer, one direction).
+    /// One LSTM layer over the last axis, from zero states: channels × length → features, the hidden
+    /// state after the last step (`torch.nn.LSTM`, one layer, one direction). Axes between channels and the last have
+    /// size 1.
     ///
     /// Tensors `weight_ih_l0` [4·hidden, channels], `weight_hh_l0` [4·hidden, hidden], `bias_ih_l0`,
     /// `bias_hh_l0` [4·hidden]; gates in the order i, f, g, o. Per step
@@ -101,7 +102,21 @@ pub enum Op {
         /// Hidden units.
         #[serde(rename = "hidden_size")]
         hidden: usize,
-        /// Steps: the length of the input.
+        /// Steps: the length of the last axis.
+        steps: usize,
+    },
+    /// One GRU layer over the last axis, from a zero state: channels × length → features, the hidden state after the
+    /// last step (`torch.nn.GRU`, one layer, one direction). Axes between channels and the last have size 1.
+    ///
+    /// Tensors `weight_ih_l0` [3·hidden, channels], `weight_hh_l0` [3·hidden, hidden], `bias_ih_l0`,
+    /// `bias_hh_l0` [3·hidden]; gates in the order r, z, n. Of input `x` and state `h` each gate has the parts
+    /// `a = W_ih x + b_ih` and `c = W_hh h + b_hh`. Per step `r = σ(aᵣ + cᵣ)`, `z = σ(a_z + c_z)`,
+    /// `n = tanh(aₙ + r·cₙ)`, `h ← (1 − z)·n + z·h`.
+    Gru {
+        /// Hidden units.
+        #[serde(rename = "hidden_size")]
+        hidden: usize,
+        /// Steps: the length of the last axis.
         steps: usize,
     },
     /// The whole input times one learned scalar, whose tensor carries the node's own name.
@@ -186,6 +201,7 @@ impl Op {
             Op::Flatten => "flatten",
             Op::Linear { .. } => "linear",
             Op::Lstm { .. } => "lstm",
+            Op::Gru { .. } => "gru",
             Op::Scale => "scale",
             Op::ChannelShuffle { .. } => "channel_shuffle",
             Op::Slice { .. } => "slice",

@@ -89,6 +89,8 @@ fn operations_keep_or_change_shapes() {
     assert_eq!(shape_after(&image, |x| x.conv("c", dilated())), [2, 2, 2]);
     assert_eq!(shape_after(&image, |x| x.conv("c", dilated().same())), [2, 4, 5]);
     assert_eq!(shape_after(&[5, 50], |x| x.lstm("lstm", 128)), [128]);
+    assert_eq!(shape_after(&[5, 50], |x| x.gru("gru", 128)), [128]);
+    assert_eq!(shape_after(&[5, 1, 1, 50], |x| x.gru("gru", 7)), [7]);
     assert_eq!(shape_after(&[7], |x| x.batch_norm("bn").linear_no_bias("fc", 3)), [3]);
     assert_eq!(shape_after(&[7], |x| x.layer_norm("ln")), [7]);
 }
@@ -160,6 +162,15 @@ fn operations_out_of_range_are_refused_with_axis_names() {
     let same = |got: String, want: &str| assert_eq!(got, want);
     same(refusal(&[4], |x| x.lstm("rnn", 3)), "rnn: needs channels × length, the input is features 4");
     same(refusal(&[4, 2], |x| x.lstm("rnn", 0)), "rnn: must have at least one hidden unit");
+    same(refusal(&[4], |x| x.gru("rnn", 3)), "rnn: needs channels × length, the input is features 4");
+    same(refusal(&[4, 2], |x| x.gru("rnn", 0)), "rnn: must have at least one hidden unit");
+    for recurrent in [Flow::lstm, Flow::gru] {
+        same(
+            refusal(&[4, 1, 2, 3], |x| recurrent(x, "rnn", 3)),
+            "rnn: reads the last axis step by step, so all axes between it and the channels must be 1; the input is \
+             channels 4 × rows 1 × columns 2 × frames 3",
+        );
+    }
     same(
         refusal(&[4], |x| x.adaptive_average_pool(1)),
         "x/adaptive_average_pool: needs a spatial axis, the input is features 4",
@@ -279,6 +290,20 @@ fn lstm_and_scale_carry_the_names_of_their_checkpoints() {
         let largest = weights.get(name).unwrap().data.iter().fold(0.0f32, |a, v| a.max(v.abs()));
         assert!((0.95 * bound..=bound).contains(&largest), "{name}: {largest} of {bound}");
     }
+}
+
+#[test]
+fn a_gru_has_three_gates_and_the_names_of_pytorch() {
+    let graph = graph(&[5, 50], |_, x| x.gru("gru", 128)).unwrap();
+    let tensors: Vec<_> = graph.params().map(|p| (p.name.as_str(), p.shape.as_slice())).collect();
+    let want: [(&str, &[usize]); 4] = [
+        ("gru.weight_ih_l0", &[384, 5]),
+        ("gru.weight_hh_l0", &[384, 128]),
+        ("gru.bias_ih_l0", &[384]),
+        ("gru.bias_hh_l0", &[384]),
+    ];
+    assert_eq!(tensors, want);
+    assert_eq!(graph.cost().macs, 50 * 384 * (5 + 128));
 }
 
 #[test]

@@ -27,7 +27,8 @@ fn every() -> Graph {
     let left = y.average_pool(Pool::new(3).stride(2).pad(1).round_up().ignore_padding());
     let right = pooled.concat(&left.adaptive_average_pool([3, 4]));
     let a = right.add(&right).flatten().layer_norm_with("ln", 1e-4).linear_no_bias("fc", 3);
-    let b = net.input("signal", &[2, 11]).lstm("rnn", 5).linear("fc2", 3);
+    let signal = net.input("signal", &[2, 11]);
+    let b = signal.lstm("rnn", 5).concat(&signal.gru("gru", 4)).linear("fc2", 3);
     let dilated = y.conv("dilated", Conv::new(4, 2).dilation([1, 2]));
     let c = y.global_average_pool().concat(&dilated.global_standard_deviation(1e-4));
     net.finish_weighted(&[("a", a), ("b", b), ("c", c)], &[1.0, 0.3, -2.5]).unwrap()

@@ -8,6 +8,7 @@
 pub mod bytes;
 mod conv;
 mod depthwise;
+mod gru;
 mod linear;
 mod lstm;
 mod place;
@@ -16,6 +17,7 @@ mod rows;
 
 pub use conv::{Conv, margins};
 pub use depthwise::Depthwise;
+pub use gru::Gru;
 pub use linear::Linear;
 pub use lstm::Lstm;
 pub use place::{ImagePlace, Route};

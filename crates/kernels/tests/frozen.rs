@@ -6,7 +6,7 @@ mod common;
 use common::{Case, cases, needs, panics, says_what_is_needed, values};
 use proptest::prelude::*;
 use taxel_kernels::frozen::{self, ImagePlace, Pool, Pooling, Route};
-use taxel_kernels::{AffineView, Rectifier, Window3, conv, lstm, pool};
+use taxel_kernels::{AffineView, Rectifier, Window3, conv, gru, lstm, pool};
 
 /// A convolution and where its values lie: margins beyond what windows reach, and channels beside them.
 #[derive(Debug, Clone)]
@@ -139,7 +139,7 @@ fn poolings_agree_with_those_of_training() {
 }
 
 #[test]
-fn linear_layers_and_lstms_agree_with_those_of_training() {
+fn linear_and_recurrent_layers_agree_with_those_of_training() {
     for (inputs, outputs) in [(1, 1), (7, 3), (65, 16), (37, 148), (130, 129), (33, 400)] {
         let (x, weight, start) = (values(inputs, 6), values(inputs * outputs, 7), values(outputs, 8));
         let mut y = vec![0.0; outputs];
@@ -162,6 +162,13 @@ fn linear_layers_and_lstms_agree_with_those_of_training() {
     let frozen = frozen::Lstm::new(sizes, &weights, from);
     frozen.run(&spread(&from, &x), &mut vec![0.0; frozen.work_len()], &mut h);
     close(&h, &expected, "lstm");
+    let sizes = gru::Gru { channels: 5, steps: 11, hidden: 37 };
+    let [ih, hh, bias_ih, bias_hh] = [&ih[..555], &hh[..4107], &bias_ih[..111], &bias_hh[..111]];
+    let weights = gru::Weights { ih, hh, bias_ih, bias_hh };
+    sizes.forward(&x, &weights, &mut gru::Trace::new(&sizes, 1), &mut expected);
+    let frozen = frozen::Gru::new(sizes, &weights, from);
+    frozen.run(&spread(&from, &x), &mut vec![7.0; frozen.work_len()], &mut h);
+    close(&h, &expected, "gru");
 }
 
 proptest! {
@@ -216,6 +223,10 @@ fn slices_that_are_too_short_are_refused() {
     let weights = lstm::Weights { ih: &ih, hh: &hh, bias_ih: &bias, bias_hh: &bias };
     let lstm = frozen::Lstm::new(sizes, &weights, ImagePlace::dense([1, 1, 3], 2));
     needs("lstm", [6, lstm.work_len(), 4], |[x, work, h]| lstm.run(x, work, h));
+    let sizes = gru::Gru { channels: 2, steps: 3, hidden: 4 };
+    let weights = gru::Weights { ih: &ih[..24], hh: &hh[..48], bias_ih: &bias[..12], bias_hh: &bias[..12] };
+    let gru = frozen::Gru::new(sizes, &weights, ImagePlace::dense([1, 1, 3], 2));
+    needs("gru", [6, gru.work_len(), 4], |[x, work, h]| gru.run(x, work, h));
     needs("copy", [from.end(), to.end()], |[x, y]| frozen::copy(&from, x, &to, y));
     let apart = ImagePlace::new([1, 5, 6], 3, [1, 1], 8, 2);
     needs("copy apart", [apart.end(), to.end()], |[x, y]| frozen::copy(&apart, x, &to, y));

@@ -4,6 +4,7 @@
 
 use serde_json::Value;
 use taxel_kernels::adaptive_pool::AdaptivePool;
+use taxel_kernels::gru::{self, Gru};
 use taxel_kernels::lstm::{Lstm, Trace, Weights};
 use taxel_kernels::optim::{Adam, adam, adamw, clip_by_global_norm};
 use taxel_kernels::{activation, layer_norm, loss};
@@ -111,6 +112,71 @@ fn lstm_and_every_gradient() {
             assert!(dx.iter().zip(&once).all(|(twice, once)| (twice - 2.0 * once).abs() <= 1e-6), "added");
         }
     }
+}
+
+#[test]
+fn gru_and_every_gradient() {
+    for case in cases()["gru"].as_array().unwrap() {
+        let [channels, steps, hidden, batch] =
+            ["channels", "steps", "hidden", "batch"].map(|key| size(&case[key]));
+        let gru = Gru { channels, steps, hidden };
+        let [x, ih, hh, bias_ih, bias_hh, dy] =
+            ["x", "w_ih", "w_hh", "b_ih", "b_hh", "dy"].map(|key| numbers(&case[key]));
+        let weights = Weights { ih: &ih, hh: &hh, bias_ih: &bias_ih, bias_hh: &bias_hh };
+        let mut y = vec![f32::NAN; dy.len()];
+        // Room for more samples than come, and the second run meets what the first left.
+        let mut trace = gru::Trace::new(&gru, batch + 2);
+        for _ in 0..2 {
+            gru.forward(&x, &weights, &mut trace, &mut y);
+            close("y", &y, &case["y"], 1e-5);
+            gru.backward_gates(&dy, &weights, &mut trace);
+            let [mut dih, mut dhh, mut dbias_ih, mut dbias_hh] =
+                [&ih, &hh, &bias_ih, &bias_hh].map(|tensor| vec![f32::NAN; tensor.len()]);
+            gru.backward_weights(&x, &trace, &mut dih, &mut dhh);
+            gru.backward_biases(batch, &trace, &mut dbias_ih, &mut dbias_hh);
+            for (key, got) in [("dw_ih", &dih), ("dw_hh", &dhh), ("db_ih", &dbias_ih), ("db_hh", &dbias_hh)] {
+                close(key, got, &case[key], 1e-5);
+            }
+            let mut dx = vec![f32::NAN; x.len()];
+            gru.backward_input(&trace, &weights, &mut dx, false);
+            close("dx", &dx, &case["dx"], 1e-5);
+            let once = dx.clone();
+            gru.backward_input(&trace, &weights, &mut dx, true);
+            assert!(dx.iter().zip(&once).all(|(twice, once)| (twice - 2.0 * once).abs() <= 1e-6), "added");
+        }
+    }
+}
+
+#[test]
+fn gru_forgets_a_batch_of_another_size() {
+    let gru = Gru { channels: 2, steps: 3, hidden: 5 };
+    let numbers =
+        |count: usize| (0..count).map(|i| ((i * 29 + 3) % 17) as f32 / 17.0 - 0.5).collect::<Vec<f32>>();
+    let (ih, hh, bias, x) = (numbers(30), numbers(75), numbers(15), numbers(4 * 6));
+    let weights = Weights { ih: &ih, hh: &hh, bias_ih: &bias, bias_hh: &bias };
+    let pass = |trace: &mut gru::Trace, n: usize| {
+        let (mut y, mut dih, mut dhh) = (vec![0.0; n * 5], vec![0.0; 30], vec![0.0; 75]);
+        let [mut dbias_ih, mut dbias_hh] = [(); 2].map(|()| vec![0.0; 15]);
+        gru.forward(&x[..n * 6], &weights, trace, &mut y);
+        gru.backward_gates(&vec![1.0; n * 5], &weights, trace);
+        gru.backward_weights(&x[..n * 6], trace, &mut dih, &mut dhh);
+        gru.backward_biases(n, trace, &mut dbias_ih, &mut dbias_hh);
+        [y, dih, dhh, dbias_ih, dbias_hh]
+    };
+    let mut used = gru::Trace::new(&gru, 4);
+    for n in [2, 4, 1, 3] {
+        assert_eq!(pass(&mut used, n), pass(&mut gru::Trace::new(&gru, 4), n), "{n} after others");
+    }
+}
+
+#[test]
+fn gru_lets_nan_through() {
+    let gru = Gru { channels: 1, steps: 3, hidden: 2 };
+    let (ih, hh, bias) = ([0.5; 6], [0.5; 12], [0.1; 6]);
+    let weights = Weights { ih: &ih, hh: &hh, bias_ih: &bias, bias_hh: &bias };
+    let (mut trace, mut y) = (gru::Trace::new(&gru, 2), [0.0; 4]);
+    gru.forward(&[1.0, f32::NAN, 1.0, 1.0, 1.0, 1.0], &weights, &mut trace, &mut y);
+    assert!(y[0].is_nan() && y[1].is_nan() && y[2].is_finite() && y[3].is_finite());
 }
 
 #[test]

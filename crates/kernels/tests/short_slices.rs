@@ -7,6 +7,7 @@ use common::{most, needs, panics, says_what_is_needed};
 use taxel_kernels::adaptive_pool::AdaptivePool;
 use taxel_kernels::batch_norm::InputGradient;
 use taxel_kernels::conv::Conv;
+use taxel_kernels::gru::{self, Gru};
 use taxel_kernels::lstm::{Lstm, Trace, Weights};
 use taxel_kernels::matmul::{Matrix, few_rows, matmul};
 use taxel_kernels::optim::Adam;
@@ -420,6 +421,54 @@ fn lstms() {
         });
         says_what_is_needed("backward_input", || {
             lstm.backward_input(&trace, &weights, &mut out[..inputs], true);
+        });
+    }
+}
+
+#[test]
+fn grus() {
+    let gru = Gru { channels: 3, steps: 4, hidden: 5 };
+    let n = 2;
+    let (inputs, states, [ih, hh, bias]) = (n * 12, n * 5, [45, 75, 15]);
+    let room = || gru::Trace::new(&gru, n);
+    needs("forward", [inputs, ih, hh, bias, bias, states], |[x, ih, hh, bias_ih, bias_hh, y]| {
+        gru.forward(x, &Weights { ih, hh, bias_ih, bias_hh }, &mut room(), y);
+    });
+    needs("backward_gates", [states, ih, hh, bias, bias], |[dy, ih, hh, bias_ih, bias_hh]| {
+        gru.backward_gates(dy, &Weights { ih, hh, bias_ih, bias_hh }, &mut room());
+    });
+    needs("backward_weights", [inputs, ih, hh], |[x, dih, dhh]| {
+        gru.backward_weights(x, &room(), dih, dhh);
+    });
+    needs("backward_biases", [bias, bias], |[dbias_ih, dbias_hh]| {
+        gru.backward_biases(n, &room(), dbias_ih, dbias_hh);
+    });
+    needs("backward_input", [inputs, ih, hh, bias, bias], |[dx, ih, hh, bias_ih, bias_hh]| {
+        gru.backward_input(&room(), &Weights { ih, hh, bias_ih, bias_hh }, dx, false);
+    });
+    // A trace for one sequence fewer, and one of another layer.
+    let values = vec![0.5; 200];
+    let [bias_ih, bias_hh] = [&values[..bias]; 2];
+    let weights = Weights { ih: &values[..ih], hh: &values[..hh], bias_ih, bias_hh };
+    let other = Gru { hidden: 4, ..gru };
+    for mut trace in [gru::Trace::new(&gru, n - 1), gru::Trace::new(&other, n), gru::Trace::default()] {
+        let mut out = [0.0; 200];
+        says_what_is_needed("forward", || {
+            gru.forward(&values[..inputs], &weights, &mut trace, &mut out[..states]);
+        });
+        says_what_is_needed("backward_gates", || {
+            gru.backward_gates(&values[..states], &weights, &mut trace);
+        });
+        says_what_is_needed("backward_weights", || {
+            let (dih, dhh) = out.split_at_mut(ih);
+            gru.backward_weights(&values[..inputs], &trace, dih, &mut dhh[..hh]);
+        });
+        says_what_is_needed("backward_biases", || {
+            let (dbias_ih, dbias_hh) = out.split_at_mut(bias);
+            gru.backward_biases(n, &trace, dbias_ih, &mut dbias_hh[..bias]);
+        });
+        says_what_is_needed("backward_input", || {
+            gru.backward_input(&trace, &weights, &mut out[..inputs], true);
         });
     }
 }

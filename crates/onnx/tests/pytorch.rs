@@ -10,6 +10,19 @@ use serde_json::Value;
 use taxel_graph::Op;
 use taxel_onnx::{Imported, read};
 
+const NETWORKS: [&str; 10] = [
+    "cnn1d",
+    "resnet8",
+    "mobilenet-v2",
+    "lstm",
+    "lstm-state",
+    "gru",
+    "frames-gru",
+    "cnn3d",
+    "mlp",
+    "shuffle",
+];
+
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data")
 }
@@ -36,7 +49,7 @@ fn off(file: &str) -> f64 {
 
 #[test]
 fn pytorchs_networks_answer_as_in_pytorch() {
-    for name in ["cnn1d", "resnet8", "mobilenet-v2", "lstm", "lstm-state", "cnn3d", "mlp", "shuffle"] {
+    for name in NETWORKS {
         for exporter in ["script", "dynamo"] {
             let off = off(&format!("{name}.{exporter}"));
             println!("{name} {exporter}: {off:.1e}");
@@ -65,6 +78,8 @@ fn names_are_those_of_modules() {
     assert_eq!(script[..4], ["features.0.weight", "features.0.bias", "features.4.weight", "features.4.bias"]);
     let lstm = names("lstm.script");
     assert_eq!(lstm[..2], ["lstm.weight_ih_l0", "lstm.weight_hh_l0"]);
+    let gru = names("gru.script");
+    assert_eq!(gru[..2], ["gru.weight_ih_l0", "gru.weight_hh_l0"]);
 }
 
 #[test]

@@ -132,6 +132,42 @@ fn an_operation_that_taxel_lacks_is_named_with_its_node() {
 }
 
 #[test]
+fn a_gru_of_another_kind_is_refused() {
+    let refusal = |sequence: &str, attributes: &[Vec<u8>], hidden: u64| {
+        let steps = ints("perm", &[2, 0, 1]);
+        refused(model(&[
+            node("turn", "Transpose", &["x"], &["t"], &[steps]),
+            node("mine", "GRU", &[sequence, "w", "r"], &["y"], attributes),
+            floats("w", &[1, 3 * hidden, 3]),
+            floats("r", &[1, 3 * hidden, 4]),
+        ]))
+    };
+    let after = || int("linear_before_reset", 1);
+    for (text, reason) in [
+        (refusal("t", &[], 4), "resets the hidden state before its product (linear_before_reset = 0)"),
+        (refusal("x", &[after()], 4), "x.transpose(1, 2) before the GRU"),
+        (refusal("t", &[after()], 5), "its weights [1, 15, 3] and [1, 15, 4] do not fit 3 channels"),
+    ] {
+        assert!(text.starts_with("node `mine` (GRU): ") && text.contains(reason), "{text}");
+    }
+}
+
+#[test]
+fn an_axis_of_one_value_may_go_before_a_recurrent_layer_alone() {
+    let image = [
+        node("thin", "Unsqueeze", &["x", "axes"], &["i"], &[]),
+        tensor("axes", 7, &[1], &2u64.to_le_bytes()),
+        node("conv", "Conv", &["i", "w"], &["c"], &[]),
+        floats("w", &[4, 3, 1, 1]),
+        node("drop", "Squeeze", &["c", "axes"], &["s"], &[]),
+        node("norm", "Conv", &["s", "v"], &["y"], &[]),
+        floats("v", &[2, 4, 1]),
+    ];
+    let text = refused(model(&image));
+    assert!(text.starts_with("node `"), "{text}");
+}
+
+#[test]
 fn inputs_outputs_and_versions_are_refused_by_name() {
     let relu = || vec![node("r", "Relu", &["x"], &["y"], &[])];
     let with = |kind, shape: &[u64]| refused(whole(17, &port("x", kind, shape), &relu()));

@@ -9,6 +9,7 @@ mod layer_norm_mlp;
 mod lstm;
 mod mlp;
 mod tactnet;
+mod tactnet_gru;
 mod tactresnet;
 
 pub use deep_mlp::DeepMlpConfig;
@@ -20,6 +21,7 @@ pub use layer_norm_mlp::LayerNormMlpConfig;
 pub use lstm::LstmConfig;
 pub use mlp::MlpConfig;
 pub use tactnet::{TactNetConfig, TactNetDepth};
+pub use tactnet_gru::TactNetGruConfig;
 pub use tactresnet::TactResNetConfig;
 
 use taxel_graph::Register;
@@ -34,6 +36,7 @@ pub fn list(zoo: &mut impl Register) {
     zoo.add(lstm::LSTM);
     zoo.add(tactnet::TACTNET4);
     zoo.add(tactnet::TACTNET6);
+    zoo.add(tactnet_gru::TACTNET6_GRU);
     zoo.add(tactresnet::TACTRESNET);
     zoo.add(fcn::FCN);
     zoo.add(ds_cnn::DS_CNN);

@@ -16,7 +16,7 @@ use taxel_graph::{
 
 /// Filters of TactNet6's convolutions, each followed by batch norm, ReLU and a 2/2 max-pool; the first has
 /// a kernel of 5, the others of 3. TactNet4 has the first three.
-const FILTERS: [usize; 5] = [8, 16, 32, 64, 128];
+pub(crate) const FILTERS: [usize; 5] = [8, 16, 32, 64, 128];
 
 pub(crate) const TACTNET4: Listing<TactNetConfig> = Listing {
     name: "tactnet4",

@@ -237,6 +237,7 @@ fn operation(work: StepOp, input: Option<([usize; 3], Option<ByteScale>)>) -> Pl
             PlannedOp::FloatLinear(PlannedFloatLinear { weight, bias, rectifier })
         }
         (StepOp::Lstm { sizes, weights }, _) => PlannedOp::Lstm(Box::new(PlannedLstm { sizes, weights })),
+        (StepOp::Gru { .. }, _) => PlannedOp::Floats("a GRU"),
         (StepOp::Activation(_), _) => PlannedOp::Floats("an activation function other than a rectifier"),
         (StepOp::LayerNorm { eps, weight, bias }, _) => PlannedOp::LayerNorm { eps, weight, bias },
         (StepOp::Switch, _) => PlannedOp::Floats("a switch between two streams"),

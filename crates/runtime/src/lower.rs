@@ -2,7 +2,7 @@
 
 use taxel_graph::{Activation, Graph, Node, NodeId, Op, Weights, Window};
 use taxel_kernels::frozen::{self, Pooling};
-use taxel_kernels::{Rectifier, Window3, axes3, conv, lstm};
+use taxel_kernels::{Rectifier, Window3, axes3, conv, gru, lstm};
 
 use crate::merge::merge;
 use crate::step::{Algorithm, Conv, FrozenStep, StepId, StepOp, ValueShape};
@@ -72,12 +72,15 @@ impl Lower<'_> {
                 let bias = weights::bias(self.weights, node, *bias, node.shape[0]);
                 self.push(StepOp::Linear { weight, bias, rectifier: Rectifier::None }, vec![seen.step], node)
             }
-            Op::Lstm { hidden, steps } => {
-                let input = self.stored(at(0));
-                let sizes =
-                    lstm::Lstm { channels: self.steps[input].shape.channels, steps: *steps, hidden: *hidden };
-                let weights = [0, 1, 2, 3].map(|which| weights::values(self.weights, node, which).to_vec());
+            &Op::Lstm { hidden, steps } => {
+                let (input, channels, weights) = self.recurrent(node);
+                let sizes = lstm::Lstm { channels, steps, hidden };
                 self.push(StepOp::Lstm { sizes, weights }, vec![input], node)
+            }
+            &Op::Gru { hidden, steps } => {
+                let (input, channels, weights) = self.recurrent(node);
+                let sizes = gru::Gru { channels, steps, hidden };
+                self.push(StepOp::Gru { sizes, weights }, vec![input], node)
             }
             Op::BatchNorm { eps, .. } => {
                 let norm = weights::norm(self.weights, node, *eps);
@@ -166,6 +169,13 @@ impl Lower<'_> {
         let shape = ValueShape::features(self.steps[step].shape.len());
         self.steps.push(FrozenStep::new(StepOp::Flatten, vec![step], shape));
         self.steps.len() - 1
+    }
+
+    /// Returns the input of a recurrent layer, its channels, and the four tensors.
+    fn recurrent(&mut self, node: &Node) -> (StepId, usize, [Vec<f32>; 4]) {
+        let input = self.stored(node.inputs[0]);
+        let weights = [0, 1, 2, 3].map(|which| weights::values(self.weights, node, which).to_vec());
+        (input, self.steps[input].shape.channels, weights)
     }
 
     /// Returns the step that stores a node's value in the order in which callers read it.

@@ -4,7 +4,7 @@ use taxel_graph::Activation;
 use taxel_kernels::frozen::bytes::ByteScale;
 use taxel_kernels::frozen::{self, ImagePlace, Pool, Route};
 use taxel_kernels::{
-    AffineView, Buffer, Rectifier, activation, conv, deviation, layer_norm, layout, lstm, pointwise,
+    AffineView, Buffer, Rectifier, activation, conv, deviation, gru, layer_norm, layout, lstm, pointwise,
 };
 
 use crate::bands::Bands;
@@ -64,6 +64,7 @@ pub(crate) enum CallKernel {
         rectifier: Rectifier,
     },
     Lstm(Box<frozen::Lstm>),
+    Gru(Box<frozen::Gru>),
     Affine {
         scale: Option<(Vec<f32>, Vec<f32>)>,
         rectifier: Rectifier,
@@ -177,6 +178,12 @@ fn kernel(
             let lstm = frozen::Lstm::new(sizes, &weights, from[0].1);
             scratch.work = scratch.work.max(lstm.work_len());
             CallKernel::Lstm(Box::new(lstm))
+        }
+        StepOp::Gru { sizes, weights: [ih, hh, bias_ih, bias_hh] } => {
+            let weights = gru::Weights { ih: &ih, hh: &hh, bias_ih: &bias_ih, bias_hh: &bias_hh };
+            let gru = frozen::Gru::new(sizes, &weights, from[0].1);
+            scratch.work = scratch.work.max(gru.work_len());
+            CallKernel::Gru(Box::new(gru))
         }
         StepOp::Affine { scale, rectifier } => CallKernel::Affine { scale, rectifier },
         StepOp::Activation(function) => CallKernel::Activation(function),
@@ -295,6 +302,7 @@ impl Call {
                 }
             }
             CallKernel::Lstm(lstm) => lstm.run(values[0], work, &mut y[to.start..]),
+            CallKernel::Gru(gru) => gru.run(values[0], work, &mut y[to.start..]),
             CallKernel::Affine { scale, rectifier } => {
                 let affine = scale.as_ref().map(|(scale, shift)| (scale.as_slice(), shift.as_slice()));
                 let view = AffineView { affine, rectifier: *rectifier };
@@ -319,8 +327,7 @@ impl Call {
                 layer_norm::forward(*eps, x, weight, bias, &mut y[to.start..][..to.channels]);
             }
             CallKernel::Flatten => {
-                let from = &self.from[0].1;
-                let x = dense(from, values[0], input);
+                let (from, x) = (&self.from[0].1, dense(&self.from[0].1, values[0], input));
                 staged(to, y, output, |y| layout::transpose(from.positions(), from.channels, x, y, false));
             }
             CallKernel::Bytes(_) => unreachable!("it is run before"),

@@ -4,7 +4,7 @@ use taxel_graph::Activation;
 use taxel_kernels::conv::{self, ConvKind};
 use taxel_kernels::frozen::bytes::ByteScale;
 use taxel_kernels::frozen::{self, Pooling, Reach};
-use taxel_kernels::{Rectifier, Window3, lstm};
+use taxel_kernels::{Rectifier, Window3, gru, lstm};
 
 /// Number of a step, and of the value that it computes.
 pub(crate) type StepId = usize;
@@ -89,6 +89,10 @@ pub(crate) enum StepOp {
     },
     Lstm {
         sizes: lstm::Lstm,
+        weights: [Vec<f32>; 4],
+    },
+    Gru {
+        sizes: gru::Gru,
         weights: [Vec<f32>; 4],
     },
     /// Scale and shift per channel, where they are not all 1 and 0.

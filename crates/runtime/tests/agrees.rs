@@ -153,6 +153,21 @@ fn layer_norms_of_whole_values_and_of_slices() {
 }
 
 #[test]
+fn recurrent_layers_over_frames_and_beside_others() {
+    agrees_on(&[3, 6, 5, 9], "frames of convolutions with margins", |_, x| {
+        let x = x.conv("a", Conv::new(7, [3, 3, 1]).same()).relu().max_pool(Pool::new([2, 1, 1]));
+        let x = x.conv("b", Conv::new(6, [3, 5, 1])).batch_norm("bn").relu();
+        let both = x.gru("gru", 9).concat(&x.lstm("lstm", 5));
+        vec![("logits", both.linear("fc", 3))]
+    });
+    agrees_on(&[4, 11], "a slice of channels, into a concatenation", |net, x| {
+        let x = x.conv("a", Conv::new(8, 3).same()).relu();
+        let parts = [&x.slice(2, 5).gru("gru", 37), &x.global_average_pool()];
+        vec![("logits", net.concat("both", &parts).linear("fc", 3))]
+    });
+}
+
+#[test]
 fn means_count_what_they_should() {
     for (what, pool) in [
         ("with padding", Pool::new(3).stride(2).pad(1)),

@@ -6,7 +6,7 @@ use taxel_kernels::{self as kernels, Window3, adaptive_pool::AdaptivePool, axes3
 use super::batch_layer::{Batch, BatchLayer};
 use super::layer::Layer;
 use super::{
-    activation, adaptive_pool, channels, conv, dropout, layer_norm, linear, lstm, pool, scale, simple,
+    activation, adaptive_pool, channels, conv, dropout, layer_norm, linear, pool, recurrent, scale, simple,
     streams,
 };
 
@@ -27,7 +27,11 @@ pub(crate) fn build_batch(
         }
         Op::Lstm { hidden, steps } => {
             let sizes = taxel_kernels::lstm::Lstm { channels: input(0)[0], steps, hidden };
-            Box::new(lstm::Lstm::new(sizes, batch, trains, half))
+            Box::new(recurrent::Recurrent::new(sizes, batch, trains, half))
+        }
+        Op::Gru { hidden, steps } => {
+            let sizes = taxel_kernels::gru::Gru { channels: input(0)[0], steps, hidden };
+            Box::new(recurrent::Recurrent::new(sizes, batch, trains, half))
         }
         _ => return None,
     };
@@ -41,7 +45,7 @@ pub(crate) fn build(graph: &Graph, node: &Node, half: bool) -> Option<Box<dyn La
     let input = |which: usize| &graph.nodes()[node.inputs[which]];
     let (channels, len) = (node.shape[0], node.shape.iter().product());
     Some(match &node.op {
-        Op::Input | Op::Linear { .. } | Op::Lstm { .. } => return None,
+        Op::Input | Op::Linear { .. } | Op::Lstm { .. } | Op::Gru { .. } => return None,
         Op::Conv { filters, window, dilation, groups, bias } => {
             let plan = conv_plan(&input(0).shape, *filters, window, dilation, *groups, half);
             Box::new(conv::Conv::new(plan, *bias))

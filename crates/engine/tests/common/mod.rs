@@ -16,7 +16,8 @@ pub fn mixed() -> Graph {
     let x = left.add(&right.scale("right.scale", 0.5)).max_pool(Pool::new(2)).adaptive_average_pool(2);
     let signal = net.input("signal", &[2, 6]);
     let wide = signal.conv("wide.conv", Conv::new(3, 2).dilation(3)).global_standard_deviation(1e-3);
-    let signal = signal.lstm("lstm", 5).dropout(0.5).concat(&wide);
+    let last = signal.lstm("lstm", 5).concat(&signal.gru("gru", 4));
+    let signal = last.dropout(0.5).concat(&wide);
     let x = x.flatten().linear("fc1", 6).layer_norm("ln").activation(Activation::Tanh).concat(&signal);
     net.finish(&[("logits", x.linear("fc2", 3))]).unwrap()
 }

@@ -81,7 +81,8 @@ impl Graph {
 
     /// Finds the plain layer that begins with `id`, if one does.
     fn layer(&self, id: NodeId) -> Option<RemovableBlock> {
-        let is_layer = |op: &Op| matches!(op, Op::Conv { .. } | Op::Linear { .. } | Op::Lstm { .. });
+        let is_layer =
+            |op: &Op| matches!(op, Op::Conv { .. } | Op::Linear { .. } | Op::Lstm { .. } | Op::Gru { .. });
         let node = &self.nodes[id];
         let start = match node.op {
             Op::Conv { groups: 1, .. } | Op::Linear { .. } => node.inputs[0],

@@ -38,7 +38,7 @@ impl Graph {
         loop {
             match (&self.nodes[id].op, &self.nodes[id].inputs[..]) {
                 (Op::Linear { .. } | Op::Conv { .. }, _) => return Some(id),
-                (Op::Lstm { .. } | Op::Slice { .. }, _) => return None,
+                (Op::Lstm { .. } | Op::Gru { .. } | Op::Slice { .. }, _) => return None,
                 (_, [input]) => id = *input,
                 _ => return None,
             }

@@ -103,7 +103,7 @@ impl Graph {
     }
 
     /// Returns the names of the tensors of the heads: of each output, those between the last convolution, linear or
-    /// LSTM layer and the output, that layer's included.
+    /// recurrent layer and the output, that layer's included.
     pub fn head_tensors(&self) -> Vec<&str> {
         let mut names = vec![];
         for &(_, output) in &self.outputs {
@@ -111,7 +111,8 @@ impl Graph {
             loop {
                 let node = &self.nodes[id];
                 names.extend(node.params.iter().map(|p| p.name.as_str()));
-                let layer = matches!(node.op, Op::Conv { .. } | Op::Linear { .. } | Op::Lstm { .. });
+                let layer =
+                    matches!(node.op, Op::Conv { .. } | Op::Linear { .. } | Op::Lstm { .. } | Op::Gru { .. });
                 match node.inputs[..] {
                     [input] if !layer => id = input,
                     _ => break,

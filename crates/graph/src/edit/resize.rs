@@ -20,7 +20,7 @@ impl Node {
 }
 
 /// Has those tensors of `made` drawn for its size that are drawn for the size of `original`: as a rule says of the last
-/// matrix, which in an LSTM is that of its hidden units.
+/// matrix, which in a recurrent layer is that of its hidden units.
 fn draw_by_size(original: &Node, made: &mut Node) -> Result<()> {
     let matrix =
         |node: &Node| node.params.iter().map(|param| param.shape.clone()).rfind(|shape| shape.len() > 1);

@@ -9,7 +9,7 @@ use crate::settings::check_width_mult;
 use crate::shape::describe;
 
 impl Graph {
-    /// Returns the same network with `width_mult` times the channels in every convolution, linear layer and LSTM,
+    /// Returns the same network with `width_mult` times the channels in every convolution, linear and recurrent layer,
     /// rounded to the nearest number and at least 1: the width multiplier of Howard et al. (MobileNets, 2017). What
     /// decides how many values an output has stays as it is. Depthwise convolutions and slices of channels follow their
     /// inputs. Names of nodes and tensors stay, and fresh weights are drawn by the same rules.
@@ -35,6 +35,7 @@ impl Graph {
                 Op::Conv { filters: size, .. }
                 | Op::Linear { outputs: size, .. }
                 | Op::Lstm { hidden: size, .. }
+                | Op::Gru { hidden: size, .. }
                     if !is_head =>
                 {
                     *size = scaled(*size);
@@ -66,7 +67,7 @@ impl Graph {
             let node = &self.nodes[id];
             match node.op {
                 _ if !seen.insert(id) => {}
-                Op::Conv { .. } | Op::Linear { .. } | Op::Lstm { .. } => {
+                Op::Conv { .. } | Op::Linear { .. } | Op::Lstm { .. } | Op::Gru { .. } => {
                     heads.insert(id);
                 }
                 _ => open.extend(&node.inputs),
@@ -123,8 +124,9 @@ mod tests {
         }
         let recurrent = |hidden: usize| {
             let net = Network::new("own");
-            let x = net.input("signal", &[2, 9]).lstm("lstm", hidden).linear("fc", 3);
-            net.finish(&[("logits", x)]).unwrap()
+            let signal = net.input("signal", &[2, 9]);
+            let x = signal.lstm("lstm", hidden).concat(&signal.gru("gru", hidden));
+            net.finish(&[("logits", x.linear("fc", 3))]).unwrap()
         };
         assert_eq!(recurrent(32).with_width(0.5).unwrap(), recurrent(16));
     }

@@ -56,6 +56,7 @@ impl Emit<'_> {
                 self.last("Gemm", &tensors, vec![int("transB", 1)]);
             }
             Op::Lstm { hidden, .. } => self.lstm(*hidden)?,
+            Op::Gru { hidden, .. } => self.gru(*hidden)?,
             Op::Scale => {
                 let tensors = self.stored(1)?;
                 self.last("Mul", &[&tensors[0]], vec![]);
@@ -74,18 +75,24 @@ impl Emit<'_> {
         Ok(())
     }
 
-    fn base(&self, part: &str) -> String {
+    pub(super) fn base(&self, part: &str) -> String {
         format!("{}/{part}", self.output)
     }
 
     /// Adds a node on the way to the output.
-    fn step(&mut self, op: &str, inputs: &[&str], part: &str, attributes: Vec<Attribute>) -> String {
+    pub(super) fn step(
+        &mut self,
+        op: &str,
+        inputs: &[&str],
+        part: &str,
+        attributes: Vec<Attribute>,
+    ) -> String {
         let base = self.base(part);
         self.sink.step(op, inputs, &base, attributes)
     }
 
     /// Adds the node that gives the output.
-    fn end(&mut self, op: &str, inputs: &[&str], attributes: Vec<Attribute>) {
+    pub(super) fn end(&mut self, op: &str, inputs: &[&str], attributes: Vec<Attribute>) {
         self.sink.put(op, inputs, self.output, attributes);
     }
 
@@ -101,7 +108,7 @@ impl Emit<'_> {
     }
 
     /// Returns the tensor of parameter `at`.
-    fn tensor(&self, at: usize) -> Result<&Tensor, Cause> {
+    pub(super) fn tensor(&self, at: usize) -> Result<&Tensor, Cause> {
         let found = self.node.params.get(at).and_then(|param| self.weights.get(&param.name));
         found.ok_or_else(|| {
             let name = self.node.params.get(at).map_or_else(String::new, |param| param.name.clone());
@@ -220,34 +227,6 @@ impl Emit<'_> {
         self.end("Identity", &[&x], vec![]);
     }
 
-    /// Writes an LSTM. ONNX's gates stand in the order i, o, f, g, PyTorch's in i, f, g, o.
-    fn lstm(&mut self, hidden: usize) -> Result<(), Cause> {
-        let mut stored = vec![];
-        for at in 0..2 {
-            let Tensor { shape, data } = self.tensor(at)?;
-            let (shape, data) = ([&[1], &shape[..]].concat(), gates(data, hidden * shape[1]));
-            let name = format!("{}/iofg", self.node.params[at].name);
-            stored.push(self.sink.floats(&name, &shape, &data));
-        }
-        let mut biases = vec![];
-        for at in 2..4 {
-            biases.extend(gates(&self.tensor(at)?.data, hidden));
-        }
-        let name = format!("{}/iofg", self.node.params[2].name);
-        stored.push(self.sink.floats(&name, &[1, 8 * hidden], &biases));
-        let x = self.step("Transpose", &[self.x], "steps", vec![ints("perm", vec![2, 0, 1])]);
-        let (node, state) = (self.sink.fresh(&self.base("lstm")), self.sink.fresh(&self.base("state")));
-        let inputs = [&x, &stored[0], &stored[1], &stored[2]].map(String::as_str);
-        self.sink.put("LSTM", &inputs, &node, vec![int("hidden_size", hidden as i64)]);
-        if let Some(lstm) = self.sink.nodes.last_mut() {
-            // The hidden states of all steps are not asked for, the last one's are.
-            lstm.outputs = vec![String::new(), state.clone()];
-        }
-        let direction = self.sink.ints(&self.base("direction"), &[0]);
-        self.end("Squeeze", &[&state, &direction], vec![]);
-        Ok(())
-    }
-
     fn channel_shuffle(&mut self, groups: usize) {
         let shape = self.inputs[0].1;
         let space = sizes(&shape[1..]);
@@ -316,9 +295,4 @@ fn shares(size: usize, parts: usize) -> Vec<f32> {
         (from..to).for_each(|at| shares[at * parts + part] = 1.0 / (to - from) as f32);
     }
     shares
-}
-
-/// Brings four gates of `each` values from PyTorch's order into ONNX's.
-fn gates(data: &[f32], each: usize) -> Vec<f32> {
-    [0, 3, 1, 2].iter().flat_map(|gate| &data[gate * each..(gate + 1) * each]).copied().collect()
 }

@@ -7,6 +7,7 @@ mod gate;
 mod history;
 mod model;
 mod readings;
+mod recurrent;
 mod rocket;
 mod sink;
 mod value;

@@ -7,7 +7,7 @@ use super::{int_tables, ints, layers, maths, pools, recurrent, reshape, shapes};
 use crate::error::Cause;
 
 /// Operations that become part of a network, for messages.
-const KNOWN: &str = "Add, AveragePool, BatchNormalization, Clip, Concat, Conv, Div, Dropout, Flatten, Gather, Gemm, \
+const KNOWN: &str = "Add, AveragePool, BatchNormalization, Clip, Concat, Conv, Div, Dropout, Flatten, GRU, Gather, Gemm, \
                      GlobalAveragePool, GlobalMaxPool, HardSigmoid, HardSwish, Identity, LSTM, LeakyRelu, MatMul, \
                      MaxPool, Mul, Pad, Pow, ReduceMax, ReduceMean, Relu, Reshape, Sigmoid, Slice, Softmax, Split, Sqrt, \
                      Squeeze, Sub, Tanh, Transpose, Unsqueeze";
@@ -20,6 +20,7 @@ pub fn node<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<(), Cause> {
     }
     let values = match call.op() {
         "LSTM" => recurrent::lstm(work, call)?,
+        "GRU" => recurrent::gru(work, call)?,
         "Split" => shapes::split(work, call)?,
         _ => vec![value(work, call)?],
     };

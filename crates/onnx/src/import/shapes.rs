@@ -77,12 +77,16 @@ pub fn squeeze<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedVa
         .copied()
         .filter(|axis| *axis != AxisRole::Unit)
         .eq([AxisRole::Batch, AxisRole::Sample(0)]);
-    call.refuse_if(!flat || rank == 1, "drops some axes of space; taxel keeps all of them, or flattens")?;
+    if !flat {
+        // A recurrent layer may read them so; any other layer refuses axes that are not all there.
+        return Ok(ImportedValue::Flow(AxisView { axes: left, ..view }));
+    }
+    call.refuse_if(rank == 1, "drops the axis of the features")?;
     let node = work.draft.then(Op::Flatten, &[view.node]).map_err(|e| call.refuse(e))?;
     Ok(ImportedValue::Flow(AxisView { node, axes: left, pad: vec![] }))
 }
 
-/// Reads `Gather` of one place: the last step of an LSTM, or the only place of an axis of one value.
+/// Reads `Gather` of one place: the last step of a recurrent layer, or the only place of an axis of one value.
 pub fn gather<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
     let mut view = work.flow(call, 0)?;
     let (index, scalar) = match work.value(call, 1)? {
@@ -98,7 +102,7 @@ pub fn gather<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedVal
         AxisRole::Unit => 0,
         _ => return Err(call.refuse("picks a place of channels or space; taxel slices channels alone")),
     };
-    call.refuse_if(index != last && index != -1, "picks another step of an LSTM than the last")?;
+    call.refuse_if(index != last && index != -1, "picks another step of a recurrent layer than the last")?;
     if scalar {
         view.axes.remove(axis);
     } else {
@@ -107,7 +111,7 @@ pub fn gather<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedVal
     Ok(ImportedValue::Flow(view))
 }
 
-/// Reads `Slice`: some channels, the last step of an LSTM, or everything.
+/// Reads `Slice`: some channels, the last step of a recurrent layer, or everything.
 pub fn slice<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValue, Cause> {
     if let ImportedValue::Fill(value) = *work.value(call, 0)? {
         return Ok(ImportedValue::Fill(value));
@@ -142,9 +146,9 @@ pub fn slice<'a>(work: &mut Importer<'a>, call: Call<'a>) -> Result<ImportedValu
                 view.node = work.draft.then(op, &[view.node]).map_err(|e| call.refuse(e))?;
             }
             _ => {
-                return Err(
-                    call.refuse("cuts space; taxel cuts channels, and takes the last step of an LSTM")
-                );
+                return Err(call.refuse(
+                    "cuts space; taxel cuts channels, and takes the last step of a recurrent layer",
+                ));
             }
         }
     }

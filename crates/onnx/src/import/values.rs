@@ -79,7 +79,7 @@ pub enum AxisRole {
     Sample(usize),
     /// One value, which the node's output has no axis for.
     Unit,
-    /// The steps of an LSTM, of which only the last is there.
+    /// The steps of a recurrent layer, of which only the last is there.
     Step,
     /// Groups of channels.
     Group(usize),

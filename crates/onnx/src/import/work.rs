@@ -87,15 +87,15 @@ impl<'a> Importer<'a> {
             Ok(())
         } else {
             Err(call.refuse(
-                "reads axes that are not samples, channels and space, in this order: taxel turns axes only before an \
-                 LSTM and in a channel shuffle",
+                "reads axes that are not samples, channels and space, in this order: taxel turns axes only before a \
+                 recurrent layer and in a channel shuffle",
             ))
         }
     }
 
     fn refuse_steps(&self, call: Call<'a>, view: &AxisView) -> Result<(), Cause> {
         if view.axes.contains(&AxisRole::Step) {
-            Err(call.refuse("reads every step of an LSTM; taxel's LSTM answers its last step alone"))
+            Err(call.refuse("reads every step of a recurrent layer; taxel's answer their last step alone"))
         } else {
             Ok(())
         }
@@ -106,10 +106,10 @@ impl<'a> Importer<'a> {
         &self.draft.node(node).shape
     }
 
-    /// Returns the steps of an LSTM; 1 of any other node.
+    /// Returns the steps of a recurrent layer; 1 of any other node.
     pub fn steps(&self, node: Id) -> usize {
         match self.draft.node(node).op {
-            Op::Lstm { steps, .. } => steps,
+            Op::Lstm { steps, .. } | Op::Gru { steps, .. } => steps,
             _ => 1,
         }
     }

@@ -11,8 +11,8 @@ use crate::matmul::{Matrix, few_rows, matmul};
 use crate::rows::{load, store, vectors};
 use crate::simd::{Simd, at_level};
 
-/// Rows of gates and factors whose products are added up at a time, few enough to stay in the cache.
-const TOGETHER: usize = 64;
+use super::TOGETHER;
+pub use super::Weights;
 
 /// Sizes of an LSTM layer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -23,19 +23,6 @@ pub struct Lstm {
     pub steps: usize,
     /// Hidden units.
     pub hidden: usize,
-}
-
-/// The layer's tensors.
-#[derive(Debug, Clone, Copy)]
-pub struct Weights<'a> {
-    /// Input weights, 4·hidden × channels.
-    pub ih: &'a [f32],
-    /// Recurrent weights, 4·hidden × hidden.
-    pub hh: &'a [f32],
-    /// First bias, 4·hidden.
-    pub bias_ih: &'a [f32],
-    /// Second bias, 4·hidden.
-    pub bias_hh: &'a [f32],
 }
 
 /// The values that the backward pass needs, for a batch of any size up to the one it was made for. The first axis is the
