@@ -8,6 +8,7 @@ Needs numpy. A trial is a config, the rows that are run of it and what is set ot
 runs are passed over, others are resumed. Some trials need arrays that the sets hold elsewhere; these are written below `RUNS/sets` first:
 
 - `fsi-tube1d-told`: the sensor's fluid (three columns of 0 and 1) and bore (mm) beside its two pressures.
+- `fsi-tube1d-direction`, `-told-direction`: the difference of the pressures by their sum, and the logarithm of that, besides.
 - `baro-tip4-rest`: the resting pressure of the session as four more channels that stand still.
 - `osu-slip`: sessions in five random parts, four draws, as arrays `draw0` to `draw3`.
 
@@ -31,11 +32,13 @@ BY_TRIAL = ["protocol.kind=k-fold", "protocol.folds=5", "protocol.split=group"]
 TRIALS = [
     ("fsi-tube1d", "fsi-tube1d", f"{PLAIN},{NETWORK}-gain", 3, []),
     ("fsi-tube1d-told", "fsi-tube1d", PLAIN, 3, ["data.path=${SETS}/fsi-tube1d-told"]),
-    ("eflesh-location", "eflesh-location", PLAIN, 3, []),
+    ("fsi-tube1d-direction", "fsi-tube1d", PLAIN, 1, ["data.path=${SETS}/fsi-tube1d-direction"]),
+    ("fsi-tube1d-told-direction", "fsi-tube1d", PLAIN, 1, ["data.path=${SETS}/fsi-tube1d-told-direction"]),
+    ("eflesh-location", "eflesh-location", PLAIN, 1, []),
     ("eflesh-location-session", "eflesh-location-session", f"{PLAIN},{NETWORK}-gain", 3, []),
-    ("hydrogel-force16", "hydrogel-force16", PLAIN, 3, []),
-    ("hydrogel-force16-three", "hydrogel-force16", NETWORK + "," + TREES, 3, ["encoding.signal.lags=[2,8,32]"]),
-    ("microfluidic-force", "microfluidic-force", PLAIN, 3, []),
+    ("hydrogel-force16", "hydrogel-force16", PLAIN, 1, []),
+    ("hydrogel-force16-three", "hydrogel-force16", NETWORK + "," + TREES, 1, ["encoding.signal.lags=[2,8,32]"]),
+    ("microfluidic-force", "microfluidic-force", f"{PLAIN},resnet8-lite-1d", 1, []),
     ("microfluidic-force-trials", "microfluidic-force", PLAIN, 1, BY_TRIAL),
     ("baro-tip4", "baro-tip4", PLAIN, 1, []),
     ("baro-tip4-day", "baro-tip4", PLAIN, 1, ["data.group=day", "protocol.folds=7"]),
@@ -47,6 +50,12 @@ TRIALS = [
         for draw in range(4)
     ],
 ]
+
+
+def directed(data):
+    """Pressures, then their difference by their sum, which a gain leaves alone, and the logarithm of their sum."""
+    left, right = data["x"].T
+    return dict(data, x=np.stack([left, right, (left - right) / (left + right), np.log(left + right)], 1))
 
 
 def told(data):
@@ -74,7 +83,13 @@ def draws(data):
     return dict(data, **parts)
 
 
-SETS = [("fsi-tube1d", "fsi-tube1d-told", told), ("baro-tip4", "baro-tip4-rest", at_rest), ("osu-slip", "osu-slip", draws)]
+SETS = [
+    ("fsi-tube1d", "fsi-tube1d-told", told),
+    ("fsi-tube1d", "fsi-tube1d-direction", directed),
+    ("fsi-tube1d", "fsi-tube1d-told-direction", lambda data: told(directed(data))),
+    ("baro-tip4", "baro-tip4-rest", at_rest),
+    ("osu-slip", "osu-slip", draws),
+]
 
 
 def prepare(folder):
