@@ -77,7 +77,7 @@ def main():
     path = tomllib.loads((arguments.run / "config.toml").read_text())["data"]["path"]
     data = np.load(pathlib.Path(path.replace("${TAXEL_DATA}", os.environ.get("TAXEL_DATA", ""))) / "data.npz")
     quantities = [(own["name"], own["unit"]) for own in results["quantities"]]
-    rows = bench_values.read()
+    rows = {}
     with tempfile.TemporaryDirectory() as folder:
         for touches in TOUCHES:
             runs = {}
@@ -90,7 +90,7 @@ def main():
                         runs.setdefault(key, []).append((own, spent if "from" in name else None))
                         print(*key, seed, *(f"{value:.3f}" for value in own), flush=True)
             rows |= {key: bench_values.row_of(key, own) for key, own in runs.items()}
-    bench_values.write(rows)
+    bench_values.write(bench_values.read() | rows)
 
 
 if __name__ == "__main__":

@@ -2,7 +2,7 @@
 """Compares runs on values with scikit-learn and PyTorch on the same samples and folds; writes docs/benchmarks/values.md.
 
     TAXEL_DATA=/data python3 scripts/values_runs.py --runs runs/values
-    python3 scripts/bench_values.py runs/values/*-? [--add] [--without-torch]
+    python3 scripts/bench_values.py runs/values/*-? [--add] [--without-torch] [--without-sklearn]
     python3 scripts/bench_values.py --add                                      the page from its table
 
 Needs numpy, scikit-learn, TAXEL_DATA and, but for `--without-torch`, torch. Every row goes into docs/benchmarks/values.csv, from which the
@@ -37,6 +37,7 @@ PAIR = ("layer-norm-mlp", "extra-trees")
 FIXED = {
     "eflesh-location": ("layer-norm-mlp",),
     "eflesh-location-session": ("layer-norm-mlp-gain",),
+    "fsi-tube1d": ("layer-norm-mlp-gain", "extra-trees"),
     "microfluidic-force": ("resnet8-lite-1d", "extra-trees"),
     "pmd-posture17-weight": ("resnet8-lite-2d", "extra-trees"),
 }
@@ -55,14 +56,20 @@ GOALS = [
     ("microfluidic-force-trials", "force", "MAE", 0.27),
     ("baro-tip4-rest", "depth", "MAE", 0.82),
     ("baro-tip4-rest-day", "depth", "MAE", 1.15),
-    ("fsi-tube1d-direction", "place", "MAE", 6.2),
-    ("fsi-tube1d-direction", "force", "MAE", 1.7),
+    ("fsi-tube1d", "place", "MAE", 6.2),
+    ("fsi-tube1d", "force", "MAE", 1.7),
+    ("fsi-tube1d-told", "place", "MAE", 3.8),
+    ("fsi-tube1d-told", "force", "MAE", 1.0),
     ("fsi-tube1d-told-direction", "place", "MAE", 3.8),
     ("fsi-tube1d-told-direction", "force", "MAE", 1.0),
     ("fsi-tube1d after 10 touches", "place", "MAE", 3.5),
     ("fsi-tube1d after 10 touches", "force", "MAE", 0.7),
     ("fsi-tube1d after 20 touches", "place", "MAE", 2.0),
     ("fsi-tube1d after 20 touches", "force", "MAE", 0.55),
+    ("fsi-tube1d-told after 10 touches", "place", "MAE", 3.5),
+    ("fsi-tube1d-told after 10 touches", "force", "MAE", 0.7),
+    ("fsi-tube1d-told after 20 touches", "place", "MAE", 2.0),
+    ("fsi-tube1d-told after 20 touches", "force", "MAE", 0.55),
     ("pmd-posture17-weight", "weight", "MAE", 8.0),
 ]
 TABLE = ROOT / "docs" / "benchmarks" / "values.csv"
@@ -76,7 +83,8 @@ def samples(data, config, encoding):
     y = np.stack([arrays[name] for name in (names if isinstance(names, list) else names.split(","))], -1) if names != "y" else arrays["y"]
     x, y = arrays["x"].astype(np.float32), np.asarray(y, np.float32).reshape(len(y), -1)
     if "tare" in config:
-        x = x - arrays[config["tare"]["array"]].astype(np.float32)[..., None]
+        tare = config["tare"]["array"] if isinstance(config["tare"], dict) else config["tare"].removeprefix("array:")
+        x = x - arrays[tare].astype(np.float32)[..., None]
     recording, length = config.get("recording"), config.get("length")
     if recording:
         parts, to = arrays[recording], length["to"]
@@ -183,7 +191,7 @@ def scores(truth, predicted):
     return np.abs(error).mean(), np.sqrt((error**2).mean()), 1 - left / whole
 
 
-def rows_of(run, with_torch):
+def rows_of(run, with_sklearn, with_torch):
     """Config, quantity, method, scores and seconds of every method of a run and beside it."""
     config = tomllib.loads((run / "config.toml").read_text())
     results = json.loads((run / "results.json").read_text())
@@ -210,7 +218,7 @@ def rows_of(run, with_torch):
         found.append((mean_of(fixed), sum(of[name] for name in fixed) / len(fixed), None))
     has = [network["name"] for network in config["networks"]]
     networks = [Mlp(name) for name in ("deep-mlp", "layer-norm-mlp") if with_torch and name in has]
-    for method in (Ridge(), Trees(), *networks):
+    for method in (*([Ridge(), Trees()] if with_sklearn else []), *networks):
         predicted, seconds = np.zeros_like(true), 0.0
         for part in sorted(set(fold.tolist())):
             test = index[fold == part]
@@ -318,6 +326,7 @@ def main():
     parser.add_argument("--add", action="store_true", help="keep rows of the table that these runs do not have")
     parser.add_argument("--output", type=pathlib.Path, default=ROOT / "docs" / "benchmarks" / "values.md")
     parser.add_argument("--without-torch", action="store_true", help="leave out the networks in PyTorch")
+    parser.add_argument("--without-sklearn", action="store_true", help="leave out the methods of scikit-learn")
     arguments = parser.parse_args()
     found, seen, events = {}, set(), []
     for run in arguments.runs:
@@ -326,7 +335,7 @@ def main():
             events.append(run)
             continue
         name = results["name"]
-        for *key, values, seconds in rows_of(run, name not in seen and not arguments.without_torch):
+        for *key, values, seconds in rows_of(run, not arguments.without_sklearn, name not in seen and not arguments.without_torch):
             found.setdefault(tuple(key), []).append((values, seconds))
             print(*key, *(f"{value:.3f}" for value in values), flush=True)
         seen.add(name)

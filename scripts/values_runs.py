@@ -44,7 +44,7 @@ TRIALS = [
     ("baro-tip4-day", "baro-tip4", PLAIN, 1, ["data.group=day", "protocol.folds=7"]),
     ("baro-tip4-rest", "baro-tip4", PLAIN, 1, ["data.path=${SETS}/baro-tip4-rest"]),
     ("baro-tip4-rest-day", "baro-tip4", PLAIN, 1, ["data.path=${SETS}/baro-tip4-rest", "data.group=day", "protocol.folds=7"]),
-    ("pmd-posture17-weight", "pmd-posture17-weight", f"mean,ridge,{TREES},resnet8-lite-2d", 1, []),
+    ("pmd-posture17-weight", "pmd-posture17-weight", f"mean,{TREES},resnet8-lite-2d", 1, []),
     *[
         (f"osu-slip-draw{draw}", "osu-slip", f"{TREES},deep-mlp", 1, ["data.path=${SETS}/osu-slip", f"data.group=draw{draw}"])
         for draw in range(4)
