@@ -39,12 +39,12 @@ TRIALS = [
     ("hydrogel-force16", "hydrogel-force16", PLAIN, 1, []),
     ("hydrogel-force16-three", "hydrogel-force16", NETWORK + "," + TREES, 1, ["encoding.signal.lags=[2,8,32]"]),
     ("microfluidic-force", "microfluidic-force", f"{PLAIN},resnet8-lite-1d", 1, []),
-    ("microfluidic-force-trials", "microfluidic-force", PLAIN, 1, BY_TRIAL),
+    ("microfluidic-force-trials", "microfluidic-force", f"mean,{TREES}", 1, BY_TRIAL),
     ("baro-tip4", "baro-tip4", PLAIN, 1, []),
     ("baro-tip4-day", "baro-tip4", PLAIN, 1, ["data.group=day", "protocol.folds=7"]),
     ("baro-tip4-rest", "baro-tip4", PLAIN, 1, ["data.path=${SETS}/baro-tip4-rest"]),
     ("baro-tip4-rest-day", "baro-tip4", PLAIN, 1, ["data.path=${SETS}/baro-tip4-rest", "data.group=day", "protocol.folds=7"]),
-    ("pmd-posture17-weight", "pmd-posture17-weight", f"mean,{TREES},resnet8-lite-2d", 1, []),
+    ("pmd-posture17-weight", "pmd-posture17-weight", f"mean,{TREES}", 1, []),
     *[
         (f"osu-slip-draw{draw}", "osu-slip", f"{TREES},deep-mlp", 1, ["data.path=${SETS}/osu-slip", f"data.group=draw{draw}"])
         for draw in range(4)
