@@ -29,16 +29,17 @@ GOALS = [("auroc", 0.78), ("within", 0.66)]
 
 def windows(data, config):
     """Of each window: its readings [channels, time], trial, place of its last frame in the trial, session."""
-    per_frame = data["x"].shape[2]
+    x, trials = data["x"], data["trial"]
+    per_frame = x.shape[2]
     frames = config["length"]["to"] // per_frame
     assert config["length"]["hop"] == per_frame
     found = []
-    for trial in dict.fromkeys(data["trial"].tolist()):
-        rows = np.flatnonzero(data["trial"] == trial)
+    for trial in dict.fromkeys(trials.tolist()):
+        rows = np.flatnonzero(trials == trial)
         for end in range(frames - 1, len(rows)):
-            found.append((np.concatenate(list(data["x"][rows[end - frames + 1 : end + 1]]), 1), trial, end, rows[end]))
-    x, trial, at, row = zip(*found)
-    return np.stack(x), np.array(trial), np.array(at), np.array(row)
+            found.append((np.concatenate(list(x[rows[end - frames + 1 : end + 1]]), 1), trial, end, rows[end]))
+    windows, trial, at, row = zip(*found)
+    return np.stack(windows), np.array(trial), np.array(at), np.array(row)
 
 
 def bounds(true, trial):
