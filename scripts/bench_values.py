@@ -1,20 +1,22 @@
 #!/usr/bin/env python3
 """Compares runs on values with scikit-learn and PyTorch on the same samples and folds; writes docs/benchmarks/values.md.
 
-    for set in eflesh-normal eflesh-location; do for seed in 0 1 2; do
-        taxel run configs/real/$set.toml --seed $seed --set 'baselines=["mean","ridge","extra-trees"]' --output runs/$set-$seed; done; done
-    python3 scripts/bench_values.py runs/eflesh-normal-? runs/eflesh-location-? [--output FILE]
+    TAXEL_DATA=/data python3 scripts/values_runs.py --runs runs/values
+    python3 scripts/bench_values.py runs/values/*-? [--add] [--without-torch] [--without-sklearn]
+    python3 scripts/bench_values.py --add                                      the page from its table
 
-Needs numpy, scikit-learn, TAXEL_DATA and, but for `--without-torch`, torch. Folds are those of the run, from its predictions.npz. Features for trees are those of
-taxel's extra-trees: last reading, differences to 1 to 32 steps before, mean, SD, least and largest. The networks are deep-mlp and
-layer-norm-mlp with the recipe of the run, trained by PyTorch on the first run of each set. Scores are pooled over all test samples; of
-several quantities each has its own rows. Runs of one config are its seeds: a cell is their mean and, of several, sample SD.
+Needs numpy, scikit-learn, TAXEL_DATA and, but for `--without-torch`, torch. Every row goes into docs/benchmarks/values.csv, from which the
+page is written; `--add` keeps the rows there that these runs do not have. Folds are those of the run, from its predictions.npz. Features
+for trees are those of taxel's extra-trees: last reading, differences to 1 to 32 steps before, mean, SD, least and largest. The networks
+are deep-mlp and layer-norm-mlp with the recipe of the run, trained by PyTorch on the first run of each set. Scores are pooled over all
+test samples; of several runs of one set (seeds, which change splits and weights) they are mean and sample SD.
 
-A row that is a mean of two of the run's rows averages their predictions, which were made out of fold. Which two is fixed here (`PAIR`),
-as the specification of values fixes it: nothing is chosen by test parts.
+A row that is a mean of rows of the run averages their predictions, which were made out of fold. Which rows is fixed here (`FIXED`), as the
+specification of values fixes it: nothing is chosen by test parts. Runs of events are scored by `event_scores.py`.
 """
 
 import argparse
+import csv
 import json
 import os
 import pathlib
@@ -26,30 +28,63 @@ import numpy as np
 from sklearn.ensemble import ExtraTreesRegressor
 from sklearn.linear_model import RidgeCV
 
+import event_scores
+
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 LAGS = [1, 2, 4, 8, 16, 32]
 PAIR = ("layer-norm-mlp", "extra-trees")
-# What the specification of values asks for: config, quantity, metric, most. Of eflesh-location the goals of both sessions are averaged.
+# Rows whose mean was fixed beforehand where it is not that of PAIR; of positions the network alone.
+FIXED = {
+    "eflesh-location": ("layer-norm-mlp",),
+    "eflesh-location-session": ("layer-norm-mlp-gain",),
+    "fsi-tube1d": ("layer-norm-mlp-gain", "extra-trees"),
+    "microfluidic-force": ("resnet8-lite-1d", "extra-trees"),
+    "pmd-posture17-weight": ("resnet8-lite-2d", "extra-trees"),
+}
+# Sets whose rows are also scored by parts, named by an array.
+PARTS = {"eflesh-location": ("group", "session")}
+# What the specification of values asks for: set, quantity, metric, most.
 GOALS = [
     ("eflesh-normal-authors", "force", "RMSE", 0.17),
     ("eflesh-normal", "force", "RMSE", 0.42),
-    ("eflesh-location", "x", "MAE", 0.25),
-    ("hydrogel-force16", "force", "RMSE", 0.47),
+    ("eflesh-location, session 0", "x", "MAE", 0.28),
+    ("eflesh-location, session 1", "x", "MAE", 0.22),
+    ("eflesh-location-session", "x", "MAE", 0.36),
+    ("hydrogel-force16", "force", "RMSE", 0.55),
+    ("hydrogel-force16-three", "force", "RMSE", 0.47),
     ("microfluidic-force", "force", "RMSE", 0.70),
-    ("baro-tip4", "depth", "MAE", 0.82),
+    ("microfluidic-force-trials", "force", "MAE", 0.27),
+    ("baro-tip4-rest", "depth", "MAE", 0.82),
+    ("baro-tip4-rest-day", "depth", "MAE", 1.15),
     ("fsi-tube1d", "place", "MAE", 6.2),
     ("fsi-tube1d", "force", "MAE", 1.7),
+    ("fsi-tube1d-told", "place", "MAE", 3.8),
+    ("fsi-tube1d-told", "force", "MAE", 1.0),
+    ("fsi-tube1d-told-direction", "place", "MAE", 3.8),
+    ("fsi-tube1d-told-direction", "force", "MAE", 1.0),
+    ("fsi-tube1d after 10 touches", "place", "MAE", 3.5),
+    ("fsi-tube1d after 10 touches", "force", "MAE", 0.7),
+    ("fsi-tube1d after 20 touches", "place", "MAE", 2.0),
+    ("fsi-tube1d after 20 touches", "force", "MAE", 0.55),
+    ("fsi-tube1d-told after 10 touches", "place", "MAE", 3.5),
+    ("fsi-tube1d-told after 10 touches", "force", "MAE", 0.7),
+    ("fsi-tube1d-told after 20 touches", "place", "MAE", 2.0),
+    ("fsi-tube1d-told after 20 touches", "force", "MAE", 0.55),
+    ("pmd-posture17-weight", "weight", "MAE", 8.0),
 ]
+TABLE = ROOT / "docs" / "benchmarks" / "values.csv"
+COLUMNS = ["set", "quantity", "unit", "method", "mae", "mae_sd", "rmse", "rmse_sd", "r2", "r2_sd", "seconds", "seeds"]
 
 
-def samples(data, config):
+def samples(data, config, encoding):
     """Samples [n, channels, time] and targets [n, quantities] of a data set as the run reads them."""
     arrays = np.load(data / "data.npz", allow_pickle=True)
     names = config.get("y", "y")
     y = np.stack([arrays[name] for name in (names if isinstance(names, list) else names.split(","))], -1) if names != "y" else arrays["y"]
     x, y = arrays["x"].astype(np.float32), np.asarray(y, np.float32).reshape(len(y), -1)
     if "tare" in config:
-        x = x - arrays[config["tare"]["array"]].astype(np.float32)[..., None]
+        tare = config["tare"]["array"] if isinstance(config["tare"], dict) else config["tare"].removeprefix("array:")
+        x = x - arrays[tare].astype(np.float32)[..., None]
     recording, length = config.get("recording"), config.get("length")
     if recording:
         parts, to = arrays[recording], length["to"]
@@ -61,7 +96,8 @@ def samples(data, config):
                 windows.append(x[window].T)
                 ends.append(window[-1])
         return np.stack(windows), y[ends]
-    return x.reshape(len(x), *(x.shape[1:] if x.ndim == 3 else (1, -1))), y
+    is_series = x.ndim == 3 and "image" not in encoding
+    return x.reshape(len(x), *(x.shape[1:] if is_series else (1, -1))), y
 
 
 def history(x, lags):
@@ -155,14 +191,14 @@ def scores(truth, predicted):
     return np.abs(error).mean(), np.sqrt((error**2).mean()), 1 - left / whole
 
 
-def rows_of(run, with_torch):
+def rows_of(run, with_sklearn, with_torch):
     """Config, quantity, method, scores and seconds of every method of a run and beside it."""
     config = tomllib.loads((run / "config.toml").read_text())
     results = json.loads((run / "results.json").read_text())
     said = np.load(run / "predictions.npz")
     path = config["data"]["path"].replace("${TAXEL_DATA}", os.environ["TAXEL_DATA"])
-    x, y = samples(pathlib.Path(path), config["data"])
-    names = [row["network"] for row in results["networks"]]
+    x, y = samples(pathlib.Path(path), config["data"], config.get("encoding", {}))
+    names = [row["network"] for row in results["networks"] if len(said[f"{row['network']}.index"])]
     index, fold = said[f"{names[0]}.index"], said[f"{names[0]}.fold"]
     true = said[f"{names[0]}.true"].reshape(len(index), -1)
     assert np.array_equal(true, y[index]), f"{run}: the samples are not those of the run"
@@ -177,11 +213,12 @@ def rows_of(run, with_torch):
         found.append((f"taxel {name}", said[f"{name}.predicted"].reshape(len(index), -1), train_seconds.get(name)))
     authors = len(set(fold.tolist())) == 1
     of = {name.removeprefix("taxel "): predicted for name, predicted, _ in found}
-    if all(name in of for name in PAIR):
-        found.append((f"mean of taxel {PAIR[0]} and {PAIR[1]}", sum(of[name] for name in PAIR) / 2, None))
+    fixed = FIXED.get(results["name"], PAIR)
+    if len(fixed) > 1 and all(name in of for name in fixed):
+        found.append((mean_of(fixed), sum(of[name] for name in fixed) / len(fixed), None))
     has = [network["name"] for network in config["networks"]]
     networks = [Mlp(name) for name in ("deep-mlp", "layer-norm-mlp") if with_torch and name in has]
-    for method in (Ridge(), Trees(), *networks):
+    for method in (*([Ridge(), Trees()] if with_sklearn else []), *networks):
         predicted, seconds = np.zeros_like(true), 0.0
         for part in sorted(set(fold.tolist())):
             test = index[fold == part]
@@ -190,31 +227,74 @@ def rows_of(run, with_torch):
             predicted[fold == part] = np.asarray(method(x[train], y[train], x[test], config)).reshape(len(test), -1)
             seconds += time.time() - start
         found.append((method.name, predicted, seconds))
-    for at, quantity in enumerate(results["quantities"]):
-        for name, predicted, seconds in found:
-            yield results["name"], json.dumps(quantity), name, scores(true[:, at].astype(float), predicted[:, at].astype(float)), seconds
+    parts = [(results["name"], np.full(len(index), True))]
+    if results["name"] in PARTS:
+        array, word = PARTS[results["name"]]
+        of_part = np.load(pathlib.Path(path) / "data.npz", allow_pickle=True)[array][index]
+        parts += [(f"{results['name']}, {word} {part}", of_part == part) for part in np.unique(of_part)]
+    for part, rows in parts:
+        for at, quantity in enumerate(results["quantities"]):
+            for name, predicted, seconds in found:
+                own = scores(true[rows, at].astype(float), predicted[rows, at].astype(float))
+                yield part, quantity["name"], quantity.get("unit", ""), name, own, seconds
 
 
-def cell(numbers):
-    """Mean and, of several, sample SD."""
-    mean = f"{statistics.mean(numbers):.3f}"
-    return mean if len(numbers) < 2 else f"{mean} ± {statistics.stdev(numbers):.3f}"
+def mean_of(names):
+    return f"mean of taxel {' and '.join(names)}"
 
 
-def goal_rows(found):
+def read():
+    """Rows of the table by what names them."""
+    if not TABLE.exists():
+        return {}
+    with TABLE.open(newline="") as file:
+        return {tuple(row[key] for key in COLUMNS[:4]): row for row in csv.DictReader(file)}
+
+
+def write(rows):
+    """Writes the table in the order of sets, quantities and methods."""
+    sets = list(dict.fromkeys(key[0] for key in rows))
+    quantities = list(dict.fromkeys(key[1] for key in rows))
+    with TABLE.open("w", newline="") as file:
+        table = csv.DictWriter(file, COLUMNS, lineterminator="\n")
+        table.writeheader()
+        table.writerows(row for _, row in sorted(rows.items(), key=lambda item: (sets.index(item[0][0]), quantities.index(item[0][1]))))
+
+
+def row_of(key, runs):
+    """Mean and sample SD over runs of scores and seconds."""
+    row = dict(zip(COLUMNS, key)) | {"seeds": len(runs)}
+    for at, name in enumerate(("mae", "rmse", "r2")):
+        own = [scores[at] for scores, _ in runs]
+        row |= {name: f"{statistics.mean(own):.4f}", f"{name}_sd": f"{statistics.stdev(own):.4f}" if len(own) > 1 else ""}
+    spent = [seconds for _, seconds in runs]
+    return row | {"seconds": "" if None in spent else f"{statistics.mean(spent):.1f}"}
+
+
+def cell(row, name):
+    """Mean and, of several seeds, sample SD."""
+    sd = row[f"{name}_sd"]
+    return f"{float(row[name]):.3f}" + (f" ± {float(sd):.3f}" if sd else "")
+
+
+def goal_rows(rows):
     """The table of goals: the best of taxel's rows by the mean over seeds, and whether it reaches the goal."""
-    for config, prefix, metric, goal in GOALS:
-        at = {"MAE": 0, "RMSE": 1}[metric]
+    for name, prefix, metric, goal in GOALS:
         of = {
-            method: statistics.mean(scores[at] for scores, _ in runs)
-            for (name, quantity, method), runs in found.items()
-            if name == config and json.loads(quantity)["name"].startswith(prefix) and "taxel" in method
+            row["method"]: float(row[metric.lower()])
+            for row in rows.values()
+            if row["set"] == name and row["quantity"].startswith(prefix) and "taxel" in row["method"]
         }
-        if of:
-            for method in sorted(of, key=of.get)[:1]:
-                verdict = "reached" if of[method] <= goal else "missed"
-                fixed = of.get(f"mean of taxel {PAIR[0]} and {PAIR[1]}")
-                yield f"| {config} | {prefix}, {metric} | {goal:.2f} | {of[method]:.3f}, {method} | {fixed:.3f} | {verdict} |"
+        if not of:
+            yield f"| {name} | {prefix}, {metric} | {goal:.2f} | not run | | open |"
+            continue
+        best = min(of, key=of.get)
+        rule = FIXED.get(name.split(",")[0], PAIR)
+        fixed = of.get(mean_of(rule) if len(rule) > 1 else f"taxel {rule[0]}")
+        fixed = "–" if fixed is None else f"{fixed:.3f}"
+        # Goals have two decimals.
+        verdict = "reached" if round(of[best], 3) <= goal else "missed"
+        yield f"| {name} | {prefix}, {metric} | {goal:.2f} | {of[best]:.3f}, {best} | {fixed} | {verdict} |"
 
 
 PAGE = """# Values beside scikit-learn and PyTorch
@@ -224,33 +304,47 @@ seeds, of splits and of weights. Seconds are those of all trainings of a run on 
 are real recordings.
 
 `scripts/bench_values.py` writes this page from run folders. Its table of goals is that of the specification. The best row is shown beside
-the one that was fixed before: the mean of `layer-norm-mlp` and `extra-trees`. A best row of several was found by the test parts, so it flatters a
-little.
+the one that was fixed before: the mean of a network and `extra-trees`, of positions the network alone. A best row of several was found by the
+test parts, so it flatters a little.
 """
+
+
+def page(rows):
+    lines = [PAGE, "## Goals", "", "| set | quantity | goal | best row | fixed row | best row against goal |", "|---|---|---:|---|---:|---|", *goal_rows(rows), ""]
+    lines += event_scores.page()
+    lines += ["## All rows", "", "| set | quantity | method | MAE | RMSE | R² | seconds | seeds |", "|---|---|---|---:|---:|---:|---:|---:|"]
+    for row in rows.values():
+        unit = f" ({row['unit']})" if row["unit"] else ""
+        cells = " | ".join(cell(row, name) for name in ("mae", "rmse", "r2"))
+        lines.append(f"| {row['set']} | {row['quantity']}{unit} | {row['method']} | {cells} | {row['seconds'] or '–'} | {row['seeds']} |")
+    return "\n".join(lines) + "\n"
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("runs", nargs="+", type=pathlib.Path)
+    parser.add_argument("runs", nargs="*", type=pathlib.Path)
+    parser.add_argument("--add", action="store_true", help="keep rows of the table that these runs do not have")
     parser.add_argument("--output", type=pathlib.Path, default=ROOT / "docs" / "benchmarks" / "values.md")
     parser.add_argument("--without-torch", action="store_true", help="leave out the networks in PyTorch")
+    parser.add_argument("--without-sklearn", action="store_true", help="leave out the methods of scikit-learn")
     arguments = parser.parse_args()
-    found, seen = {}, set()
+    found, seen, events = {}, set(), []
     for run in arguments.runs:
-        name = json.loads((run / "results.json").read_text())["name"]
-        for *key, values, seconds in rows_of(run, name not in seen and not arguments.without_torch):
+        results = json.loads((run / "results.json").read_text())
+        if not results.get("quantities"):
+            events.append(run)
+            continue
+        name = results["name"]
+        for *key, values, seconds in rows_of(run, not arguments.without_sklearn, name not in seen and not arguments.without_torch):
             found.setdefault(tuple(key), []).append((values, seconds))
             print(*key, *(f"{value:.3f}" for value in values), flush=True)
         seen.add(name)
-    lines = [PAGE, "## Goals", "", "| set | quantity | goal | best row | fixed row | best row against goal |", "|---|---|---:|---|---:|---|", *goal_rows(found), ""]
-    lines += ["## All rows", "", "| set | quantity | method | MAE | RMSE | R² | seconds | seeds |", "|---|---|---|---:|---:|---:|---:|---:|"]
-    for (name, quantity, method), runs in found.items():
-        quantity = json.loads(quantity)
-        unit = f" ({quantity['unit']})" if "unit" in quantity else ""
-        spent = "–" if None in [seconds for _, seconds in runs] else f"{statistics.mean(seconds for _, seconds in runs):.1f}"
-        cells = " | ".join(cell([values[at] for values, _ in runs]) for at in range(3))
-        lines.append(f"| {name} | {quantity['name']}{unit} | {method} | {cells} | {spent} | {len(runs)} |")
-    arguments.output.write_text("\n".join(lines) + "\n")
+    rows = read() if arguments.add else {}
+    rows |= {key: row_of(key, runs) for key, runs in found.items()}
+    write(rows)
+    if events:
+        event_scores.write(events)
+    arguments.output.write_text(page(read()))
 
 
 if __name__ == "__main__":
