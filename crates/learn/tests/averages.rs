@@ -102,7 +102,11 @@ fn a_model_of_an_average_is_one_file() {
     let rows = [Candidate::baseline(Method::Ridge), Candidate::baseline(Method::of_values()[4])];
     let model = fit(&Candidate::average("both".into(), &rows), &dataset, &Encoding::default()).unwrap();
     let again = Model::from_bytes(&model.to_bytes().unwrap(), "both.safetensors").unwrap();
-    assert_eq!(again, model);
+    assert_eq!(again.card(), model.card());
+    let tensor = |name: &str| again.weights().get(name).map(|tensor| bits(&tensor.data));
+    for (name, own) in model.weights().iter() {
+        assert_eq!(tensor(name), Some(bits(&own.data)), "{name}");
+    }
     let ModelKind::Average { members } = &model.card().kind else { panic!("an average") };
     assert_eq!(
         members.iter().map(|member| (member.name.as_str(), member.inputs)).collect::<Vec<_>>(),
