@@ -105,6 +105,64 @@ fn a_force_is_learned_and_predicted_with_its_unit() {
 }
 
 #[test]
+fn an_average_is_a_row_and_ships() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    presses(&folder.path().join("skin.npz"), 80, 0);
+    presses(&folder.path().join("new.npz"), 20, 5);
+    let config = format!(
+        "{}\n[[averages]]\nlabel = \"both\"\nof = [\"ridge\", \"extra-trees\"]\n",
+        CONFIG.replace("networks = []", "networks = []\nbaselines = [\"ridge\", \"extra-trees\"]")
+    );
+    let (path, run, model, new) = (at("skin.toml"), at("run"), at("m.safetensors"), at("new.npz"));
+    fs::write(&path, &config).unwrap();
+    ends(0, &["run", &path, "--output", &run]);
+    ends(0, &["report", &run]);
+    ends(0, &["fit", &run, "--network", "both", "--output", &model]);
+    let card = ends(0, &["inspect", &model]);
+    assert!(card.contains("the mean of ridge and extra-trees") && card.contains("90 %"), "{card}");
+    let mean = |name: &str| -> Vec<f64> {
+        let model = at(&format!("{name}.safetensors"));
+        ends(0, &["fit", &run, "--network", name, "--output", &model]);
+        let said: Value =
+            serde_json::from_str(&ends(0, &["predict", &model, &new, "--format", "json"])).unwrap();
+        let answers = said["answers"].as_array().unwrap();
+        answers.iter().map(|answer| answer["predicted"]["force"].as_f64().unwrap()).collect()
+    };
+    let (both, ridge, trees) = (mean("both"), mean("ridge"), mean("extra-trees"));
+    for ((both, ridge), trees) in both.iter().zip(ridge).zip(trees) {
+        assert!((both - (ridge + trees) / 2.0).abs() < 1e-4, "{both} of {ridge} and {trees}");
+    }
+    let lines: String = (0..12).map(|step| format!("{step},{step}\n")).collect();
+    let stream =
+        Command::cargo_bin("taxel").unwrap().args(["stream", &model]).write_stdin(lines).output().unwrap();
+    let said = String::from_utf8_lossy(&stream.stdout).into_owned();
+    assert!(
+        stream.status.success() && said.contains("force"),
+        "{said} {}",
+        String::from_utf8_lossy(&stream.stderr)
+    );
+    let text = ends(2, &["export", &model, "--output", &at("m.onnx")]);
+    assert!(text.contains("is an average, and a file of ONNX holds one network"), "{text}");
+    let text = ends(2, &["export", &model, "--output", &at("c"), "--format", "c"]);
+    assert!(text.contains("is an average, and C is printed of one network"), "{text}");
+    let text = ends(2, &["fit", &new, "--from", &model, "--output", &at("other.safetensors")]);
+    assert!(text.contains("it is an average"), "{text}");
+    let text =
+        ends(2, &["shrink", &run, "--network", "both", "--axes", "sensors", "--output", &at("smaller")]);
+    assert!(text.contains("is an average, which has no smaller size"), "{text}");
+    for (of, reason) in [
+        (r#"["ridge"]"#, "an average needs two rows or more"),
+        (r#"["ridge", "ridge"]"#, "name each row once"),
+        (r#"["ridge", "extra-tree"]"#, "did you mean `extra-trees`"),
+    ] {
+        fs::write(&path, config.replace(r#"of = ["ridge", "extra-trees"]"#, &format!("of = {of}"))).unwrap();
+        let text = ends(2, &["run", &path, "--output", &at("never")]);
+        assert!(text.contains(reason), "{of}: {text}");
+    }
+}
+
+#[test]
 fn trees_ask_features_of_a_row_by_themselves() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();

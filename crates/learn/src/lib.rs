@@ -58,8 +58,8 @@ pub use estimator::trainable::Trainable;
 pub use estimator::tuning::Tuning;
 pub use latency::{Latency, Stopwatch, milliseconds};
 pub use model::{
-    Card, FORMAT, HUB_LIBRARY, MaskGrid, Masked, Model, ModelInput, ModelKind, OutsideRange, Predictions,
-    Predictor, Quantized, Ranges, Score, TrainedOn, TrainingPart, Workspace, at_rest,
+    AverageMember, Card, FORMAT, HUB_LIBRARY, MaskGrid, Masked, Model, ModelInput, ModelKind, OutsideRange,
+    Predictions, Predictor, Quantized, Ranges, Score, TrainedOn, TrainingPart, Workspace, at_rest,
 };
 pub use problem::{Check, Problem, require, share, within};
 pub use progress::{Progress, Silent};

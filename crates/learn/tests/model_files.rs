@@ -197,6 +197,35 @@ fn a_file_whose_card_and_tensors_disagree_is_refused_by_name() {
 }
 
 #[test]
+fn an_average_that_does_not_hold_together_is_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    let dir = dir.path();
+    let series = presses(15, 12);
+    let rows = [
+        mlp(&series, recipe(json!({ "epochs": 1 }))),
+        Candidate::baseline(Method::MiniRocket { features: 84 }),
+    ];
+    let model = fit(&Candidate::average("both".into(), &rows), &series, &Encoding::default()).unwrap();
+    let broken = |change: &dyn Fn(&mut Parts)| {
+        let mut parts = Parts::of(&model, dir);
+        change(&mut parts);
+        parts.refusal(dir)
+    };
+    let text = broken(&|parts| parts.card["estimator"]["members"][0]["inputs"] = json!(5));
+    assert_eq!(text, "its card makes fewer inputs than mlp reads");
+    let text = broken(&|parts| parts.card["estimator"]["members"][1]["inputs"] = json!(0));
+    assert_eq!(text, "its card says an average of 2 members with 1 inputs, and makes 2");
+    let text = broken(&|parts| {
+        parts.card["estimator"]["members"][1]["estimator"] = parts.card["estimator"].clone();
+    });
+    assert!(text.contains("mini-rocket, which it averages, is an average itself"), "{text}");
+    let text = broken(&|parts| parts.weights.insert("7.more", Tensor { shape: vec![1], data: vec![0.0] }));
+    assert_eq!(text, "it has tensors that none of the members of its average has");
+    let text = broken(&|parts| parts.weights.insert("0.more", Tensor { shape: vec![1], data: vec![0.0] }));
+    assert!(text.starts_with("of mlp, which it averages: its tensors are not those"), "{text}");
+}
+
+#[test]
 fn a_baseline_with_other_tensors_is_refused() {
     let dir = tempfile::tempdir().unwrap();
     let series = presses(15, 12);

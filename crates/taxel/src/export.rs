@@ -53,7 +53,7 @@ pub struct ExportedInput {
 /// ```
 ///
 /// # Errors
-/// A baseline other than MiniRocket and ridge, a model in eight bits, and a file that cannot be written.
+/// A baseline other than MiniRocket and ridge, an average, a model in eight bits, and a file that cannot be written.
 pub fn export(model: &Model, path: &Path) -> Result<Exported> {
     let card = model.card();
     match &card.kind {
@@ -65,6 +65,11 @@ pub fn export(model: &Model, path: &Path) -> Result<Exported> {
             }
             let read = |node: &taxel_graph::Node| read(card, node);
             written(card, (graph, model.weights()), Some(*loss), &read, path)
+        }
+        ModelKind::Average { .. } => {
+            let reason = "is an average, and a file of ONNX holds one network: export the rows that it averages, and take the mean of \
+                          their outputs";
+            Err(Error::Export { model: card.name.clone(), reason: reason.into() })
         }
         ModelKind::Baseline { method, series } => {
             let fitted = fitted(model, method, *series)?;

@@ -97,6 +97,11 @@ fn read(model: &Model) -> Result<Read> {
     let card = model.card();
     match &card.kind {
         ModelKind::Network { graph, .. } => network(model, graph).map(|read| Read::Network(Box::new(read))),
+        ModelKind::Average { .. } => {
+            let reason = "is an average, and C is printed of one network: print the rows that it averages, and take the mean of their \
+                          answers";
+            Err(refusal(card, reason.into()))
+        }
         ModelKind::Baseline { method, series } => {
             fitted(model, method, *series).map(|fitted| Read::Linear(Box::new(fitted)))
         }
@@ -160,7 +165,7 @@ fn encoded(card: &Card) -> Result<(Encoding<'_>, [usize; 2])> {
 fn answers(card: &Card) -> Result<Answers> {
     let loss = match &card.kind {
         ModelKind::Network { loss, .. } => Some(*loss),
-        ModelKind::Baseline { .. } => None,
+        ModelKind::Baseline { .. } | ModelKind::Average { .. } => None,
     };
     match (&card.task, loss) {
         (Task::Classes(classes), None | Some(Loss::SoftmaxCrossEntropy)) => Ok(Answers::Classes {

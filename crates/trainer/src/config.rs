@@ -19,6 +19,7 @@ use taxel_learn::{
 use taxel_zoo::Registry;
 use toml::{Table, Value};
 
+use crate::average::{AverageRow, known};
 use crate::baseline::Baseline;
 use crate::data::Data;
 use crate::data_schema::WholeData;
@@ -62,6 +63,10 @@ pub struct Config {
     /// Methods that cost almost nothing and stand in the table too. Default all for classes.
     #[schemars(with = "Option<Vec<Baseline>>")]
     pub baselines: Vec<Baseline>,
+    /// Rows that average what networks and baselines predict. Default none.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[schemars(default)]
+    pub averages: Vec<AverageRow>,
     /// Trains everything once more, under faults.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub harden: Option<Harden>,
@@ -147,6 +152,8 @@ struct Raw {
     choose: Option<Choose>,
     networks: Vec<RawNetwork>,
     baselines: Option<Vec<Value>>,
+    #[serde(default)]
+    averages: Vec<AverageRow>,
     harden: Option<Harden>,
     unknown: Option<UnknownTrial>,
     #[serde(default)]
@@ -203,6 +210,7 @@ impl Config {
             choose: raw.choose,
             networks,
             baselines,
+            averages: raw.averages,
             harden: raw.harden,
             unknown: raw.unknown,
             tables: raw.tables,
@@ -242,6 +250,10 @@ impl Config {
             let fresh = labels.insert(method.name());
             require(fresh, &format!("baselines.{i}"), format!("{:?}", method.name()), reason)?;
         }
+        for (i, average) in self.averages.iter().enumerate() {
+            average.check(&labels).map_err(|problem| problem.below(&format!("averages.{i}")))?;
+        }
+        labels.extend(self.averages.iter().map(|average| average.label.as_str()));
         for (i, view) in self.tables.iter().enumerate() {
             view.check(&labels).map_err(|problem| problem.below(&format!("tables.{i}")))?;
         }
@@ -279,16 +291,6 @@ impl Config {
         }
         Ok(Some(Search { grid, validation: choose.validation, by: choose.by.clone() }))
     }
-}
-
-/// Checks that every name is one of the experiment's.
-fn known(key: &str, names: &[String], labels: &BTreeSet<&str>) -> Check {
-    for (i, name) in names.iter().enumerate() {
-        let hint = taxel_base::names::hint(name, labels.iter().copied());
-        let reason = format!("is no network or baseline of this experiment; {hint}");
-        require(labels.contains(name.as_str()), &format!("{key}.{i}"), format!("{name:?}"), reason)?;
-    }
-    Ok(())
 }
 
 impl TableView {

@@ -19,6 +19,7 @@
 //! # Ok::<(), taxel_trainer::Error>(())
 //! ```
 
+mod average;
 mod baseline;
 mod config;
 mod data;

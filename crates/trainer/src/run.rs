@@ -199,13 +199,18 @@ impl Runner<'_> {
     }
 
     fn candidate(&self, name: &str, encoder: &mut Encoder) -> Result<Candidate> {
-        let Config { networks, harden, .. } = self.experiment.config();
+        let Config { networks, averages, harden, .. } = self.experiment.config();
         let baselines = self.baselines();
         if let Some(i) = networks.iter().position(|network| network.label == name) {
             return self.network(i, &networks[i], encoder);
         }
         if let Some(method) = baselines.iter().find(|method| method.name() == name) {
             return Ok(Candidate::baseline(*method));
+        }
+        if let Some(average) = averages.iter().find(|average| average.label == name) {
+            let members = average.of.iter().map(|name| self.candidate(name, encoder));
+            let members: Vec<Candidate> = members.collect::<Result<_>>()?;
+            return Ok(Candidate::average(average.label.clone(), &members));
         }
         if let (Some(harden), Some((clean, _))) = (harden, name.rsplit_once('.')) {
             let clean = self.candidate(clean, encoder)?;
@@ -216,6 +221,7 @@ impl Runner<'_> {
         }
         let known = networks.iter().map(|network| network.label.as_str());
         let known = known.chain(baselines.iter().map(|method| method.name()));
+        let known = known.chain(averages.iter().map(|average| average.label.as_str()));
         let hint = taxel_base::names::hint(name, known);
         let reason = format!("is no network or baseline of this experiment; {hint}");
         Err(taxel_learn::Error::from(Problem::new("network", format!("{name:?}"), reason)).into())
@@ -271,6 +277,14 @@ impl Runner<'_> {
             return Err(Error::Unfit { reason });
         }
         candidates.extend(self.baselines().into_iter().map(Candidate::baseline));
+        for average in &config.averages {
+            match average.candidate(&candidates) {
+                Ok(candidate) => candidates.push(candidate),
+                Err(member) => {
+                    refused.insert(average.label.clone(), format!("averages {member}, which is left out"));
+                }
+            }
+        }
         if let Some(harden) = &self.experiment.config().harden {
             let spec = &self.dataset.spec;
             let more: Vec<Candidate> =

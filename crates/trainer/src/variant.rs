@@ -42,6 +42,11 @@ impl Experiment {
         let config = &mut variant.config;
         let clean = if config.harden.is_some() { clean(name) } else { name };
         let known = |network: &&Network| network.label == clean;
+        if config.averages.iter().any(|average| average.label == name) {
+            let reason = "is an average, which has no smaller size; name one of the rows that it averages";
+            return Err(self.refuse(Problem::new("network", format!("{name:?}"), reason)));
+        }
+        config.averages = vec![];
         if let Some(network) = config.networks.iter().find(known).cloned() {
             (config.networks, config.baselines) = (vec![network], vec![]);
         } else if let Some(method) =

@@ -142,7 +142,7 @@ fn calibration_error(case: &Case, row: &NetworkResults) -> Option<f64> {
 fn frozen(card: &Card) -> Vec<String> {
     match &card.kind {
         ModelKind::Network { recipe, .. } => recipe.frozen.clone(),
-        ModelKind::Baseline { .. } => vec![],
+        ModelKind::Baseline { .. } | ModelKind::Average { .. } => vec![],
     }
 }
 

@@ -11,6 +11,7 @@ use taxel_graph::Graph;
 
 use crate::encoding::Encoder;
 use crate::error::Result;
+use crate::estimator::average::{Average, Member};
 use crate::estimator::baseline::Baseline;
 use crate::estimator::estimator::Estimator;
 use crate::estimator::trainable::Trainable;
@@ -107,6 +108,13 @@ impl Candidate {
     /// Makes a candidate of a baseline, under the name of its method.
     pub fn baseline(method: Method) -> Self {
         Self::new(method.name().into(), method.reference(), Arc::new(Baseline { method, faults: None }))
+    }
+
+    /// Makes a candidate that predicts the mean of what `members` predict, each counting alike.
+    pub fn average(name: String, members: &[Candidate]) -> Self {
+        let member = |own: &Candidate| Member { name: own.name.clone(), estimator: own.estimator.clone() };
+        let members = members.iter().map(member).collect();
+        Self { zoo: "average".into(), ..Self::new(name, "", Arc::new(Average { members })) }
     }
 
     fn new(name: String, paper: &str, estimator: Arc<dyn Estimator>) -> Self {

@@ -1,5 +1,6 @@
 //! Estimators: networks and baselines behind one trait, and one training of one of them.
 
+pub(crate) mod average;
 pub(crate) mod baseline;
 pub(crate) mod candidate;
 pub(crate) mod estimator;

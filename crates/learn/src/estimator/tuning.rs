@@ -64,6 +64,13 @@ impl Tuning {
             ModelKind::Network { .. } => {
                 return Err(refused(card, "a network in floats to go on from", "it is in eight bits"));
             }
+            ModelKind::Average { .. } => {
+                return Err(refused(
+                    card,
+                    "a network to go on from",
+                    "it is an average, whose trees cannot go on",
+                ));
+            }
             ModelKind::Baseline { .. } => {
                 return Err(refused(
                     card,

@@ -8,7 +8,6 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 use taxel_base::thousands;
-use taxel_baselines::Method;
 use taxel_data::{Dataset, SampleSpec, Source, Task};
 use taxel_graph::{Graph, Loss};
 use taxel_guard::Guard;
@@ -16,9 +15,9 @@ use taxel_guard::Guard;
 use crate::certainty::{Certainty, Intervals};
 use crate::encoding::Transform;
 use crate::metrics::{Levels, Metric, Scores, metrics};
+use crate::model::kind::ModelKind;
 use crate::model::ranges::Ranges;
 use crate::run::protocol::Protocol;
-use crate::training::recipe::Recipe;
 
 /// Number of the format of model files that this version writes: 4. It reads 1, 2, which was that of models in eight bits,
 /// and 3, whose models are not calibrated.
@@ -40,7 +39,7 @@ pub struct Card {
     /// Where the network or baseline is published.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub paper: String,
-    /// A network or a baseline.
+    /// A network, a baseline or an average of some.
     #[serde(rename = "estimator", alias = "anatomy")]
     pub kind: ModelKind,
     /// One raw sample: layout, shape, unit, rate, full scale.
@@ -69,30 +68,6 @@ pub struct Card {
     pub intervals: Option<Intervals>,
     /// BLAKE3 of the tensors in order of their names: name, shape, values.
     pub tensors: String,
-}
-
-/// A network or a baseline, with all that opening it needs besides tensors.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case", tag = "kind")]
-pub enum ModelKind {
-    /// A network.
-    Network {
-        /// The network itself.
-        graph: Box<Graph>,
-        /// The loss that its outputs were trained for: it says how they become probabilities.
-        loss: Loss,
-        /// Samples that are predicted at a time at most.
-        batch: usize,
-        /// How it was trained.
-        recipe: Box<Recipe>,
-    },
-    /// A baseline.
-    Baseline {
-        /// The method with its settings.
-        method: Method,
-        /// Channels and length of the series that it reads.
-        series: [usize; 2],
-    },
 }
 
 /// An input of a model and how it is made.
@@ -189,11 +164,11 @@ impl Card {
         Levels::of_task(&self.task)
     }
 
-    /// Returns the network; none for a baseline.
+    /// Returns the network; none for a baseline and for an average.
     pub fn graph(&self) -> Option<&Graph> {
         match &self.kind {
             ModelKind::Network { graph, .. } => Some(graph),
-            ModelKind::Baseline { .. } => None,
+            ModelKind::Baseline { .. } | ModelKind::Average { .. } => None,
         }
     }
 
@@ -244,7 +219,7 @@ impl Card {
     pub fn batch(&self) -> usize {
         match self.kind {
             ModelKind::Network { batch, .. } => batch,
-            ModelKind::Baseline { .. } => 64,
+            ModelKind::Baseline { .. } | ModelKind::Average { .. } => 64,
         }
     }
 }
@@ -312,6 +287,10 @@ impl Card {
                     return Ok(());
                 }
                 line(f, "settings", settings.join(", "))
+            }
+            ModelKind::Average { members } => {
+                let names: Vec<&str> = members.iter().map(|member| member.name.as_str()).collect();
+                line(f, "average", format!("{}: the mean of {}", self.name, names.join(" and ")))
             }
         }
     }

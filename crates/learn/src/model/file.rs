@@ -9,8 +9,10 @@ use taxel_checkpoint::Cause;
 use taxel_data::Layout;
 use taxel_graph::{Graph, Weights};
 
-use super::card::{Card, FORMAT, ModelKind, Quantized, TrainedOn, TrainingPart};
+use super::card::{Card, FORMAT, Quantized, TrainedOn, TrainingPart};
 use super::digest::digest;
+use super::kind::ModelKind;
+use super::members::members;
 use super::multiplied::multiplied;
 use super::predictions::Predictions;
 use super::predictor::Predictor;
@@ -230,20 +232,34 @@ fn sealed(card: &str) -> (String, String) {
 fn check(path: &Path, card: &Card, weights: &Weights) -> Result<()> {
     let refuse = |reason: String| Error::damaged(path, reason);
     check_reading(card).map_err(refuse)?;
-    match &card.kind {
-        ModelKind::Network { graph, batch, .. } => {
-            check_network(card, weights, graph, *batch).map_err(refuse)?
-        }
-        ModelKind::Baseline { method, series } => {
-            check_baseline(card, weights, *method, *series).map_err(refuse)?;
-        }
-    }
+    check_kind(card, weights).map_err(refuse)?;
     if digest(weights) != card.tensors {
         let reason =
             "its tensors are not those that its card was written for (digests differ); fit the model again";
         return Err(Error::damaged(path, reason));
     }
     Ok(())
+}
+
+/// Checks that the tensors are those of a network, of a baseline, or of the members of an average; says what is wrong otherwise.
+fn check_kind(card: &Card, weights: &Weights) -> std::result::Result<(), String> {
+    match &card.kind {
+        ModelKind::Network { graph, batch, .. } => check_network(card, weights, graph, *batch),
+        ModelKind::Baseline { method, series } => check_baseline(card, weights, *method, *series),
+        ModelKind::Average { .. } => {
+            let members = members(card, weights)?;
+            if members.iter().map(|member| member.weights.len()).sum::<usize>() != weights.len() {
+                return Err("it has tensors that none of the members of its average has".into());
+            }
+            if card.quantized.is_some() {
+                return Err("its card says eight bits, which an average has not".into());
+            }
+            members.iter().try_for_each(|member| {
+                check_kind(&member.card, &member.weights)
+                    .map_err(|reason| format!("of {}, which it averages: {reason}", member.card.name))
+            })
+        }
+    }
 }
 
 /// Checks what a card says of the readings and the task; says what is wrong otherwise.

@@ -1,8 +1,13 @@
-//! Opened models: a frozen network or a fitted baseline, behind one trait.
+//! Opened models: a frozen network, a fitted baseline or an average of some, behind one trait.
+
+use std::ops::Range;
+use std::path::Path;
 
 use taxel_graph::{Loss, Weights};
 
-use super::card::{Card, ModelKind};
+use super::card::Card;
+use super::kind::ModelKind;
+use super::members::{Member, members};
 use super::responder::Responder;
 use super::workspace::ModelMemory;
 use crate::error::{Error, Result};
@@ -10,7 +15,7 @@ use crate::estimator::baseline::FittedBaseline;
 use crate::metrics::Levels;
 use crate::training::label_objective::probabilities;
 
-/// A frozen network or a fitted baseline.
+/// A frozen network, a fitted baseline or an average of some.
 pub(crate) trait Ready: Send + Sync {
     /// Makes memory for one thread that predicts sample by sample.
     fn memory(&self) -> ModelMemory;
@@ -51,6 +56,20 @@ pub(crate) fn open(card: &Card, weights: &Weights, batch: usize, threads: usize)
             let fitted = FittedBaseline::read(*method, *series, &card.task, weights);
             let refuse = |source| Error::Baseline { baseline: card.name.clone(), source };
             Ok(Box::new(ReadyBaseline { fitted: fitted.map_err(refuse)?, name: card.name.clone() }))
+        }
+        ModelKind::Average { .. } => {
+            let members =
+                members(card, weights).map_err(|reason| Error::damaged(Path::new(&card.name), reason))?;
+            let open = |member: Member| -> Result<ReadyMember> {
+                let (card, inputs) = (member.card, member.inputs);
+                Ok(ReadyMember {
+                    ready: open(&card, &member.weights, batch, threads)?,
+                    inputs,
+                    width: card.width(),
+                })
+            };
+            let members = members.into_iter().map(open).collect::<Result<_>>()?;
+            Ok(Box::new(ReadyAverage { members, outputs: card.task.outputs() }))
         }
     }
 }
@@ -132,5 +151,65 @@ impl Ready for ReadyBaseline {
                 Err(Error::Samples { model, expected, given: format!("{} are given", inputs.len()) })
             }
         }
+    }
+}
+
+struct ReadyMember {
+    ready: Box<dyn Ready>,
+    /// Which inputs of the model are its own.
+    inputs: Range<usize>,
+    /// Values that it computes for one sample.
+    width: usize,
+}
+
+/// The mean of what members predict: of probabilities, or of values.
+struct ReadyAverage {
+    members: Vec<ReadyMember>,
+    outputs: usize,
+}
+
+impl Ready for ReadyAverage {
+    fn memory(&self) -> ModelMemory {
+        let each = |member: &ReadyMember| (member.ready.memory(), vec![0.0; member.width]);
+        ModelMemory::Average(self.members.iter().map(each).collect())
+    }
+
+    fn decide_one(&self, inputs: &[Vec<f32>], memory: &mut ModelMemory, logits: &mut [f32]) -> Result<bool> {
+        let ModelMemory::Average(memories) = memory else { return Ok(false) };
+        if memories.len() != self.members.len() || logits.len() != self.outputs {
+            return Ok(false);
+        }
+        logits.fill(0.0);
+        for (member, (memory, own)) in self.members.iter().zip(memories) {
+            let Some(inputs) = inputs.get(member.inputs.clone()) else { return Ok(false) };
+            if own.len() != member.width || !member.ready.decide_one(inputs, memory, own)? {
+                return Ok(false);
+            }
+            let answers = &mut own[..self.outputs];
+            member.ready.finish(answers);
+            logits.iter_mut().zip(answers).for_each(|(sum, answer)| *sum += *answer);
+        }
+        logits.iter_mut().for_each(|sum| *sum /= self.members.len() as f32);
+        Ok(true)
+    }
+
+    fn decide(&self, inputs: &[&[f32]], n: usize) -> Result<Vec<f32>> {
+        let mut sums = vec![0.0; n * self.outputs];
+        for member in &self.members {
+            let own = inputs.get(member.inputs.clone()).unwrap_or_default();
+            let decided = member.ready.decide(own, n)?;
+            let rows = decided.chunks_exact(member.width).flat_map(|row| &row[..self.outputs]);
+            let mut answers: Vec<f32> = rows.copied().collect();
+            member.ready.finish(&mut answers);
+            sums.iter_mut().zip(answers).for_each(|(sum, answer)| *sum += answer);
+        }
+        sums.iter_mut().for_each(|sum| *sum /= self.members.len() as f32);
+        Ok(sums)
+    }
+
+    fn finish(&self, _logits: &mut [f32]) {}
+
+    fn has_logits(&self) -> bool {
+        false
     }
 }

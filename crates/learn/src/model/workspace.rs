@@ -44,6 +44,8 @@ pub(crate) enum ModelMemory {
     Network(Box<runtime::Workspace>),
     /// One of each attribute.
     Baseline(Vec<taxel_baselines::Workspace>),
+    /// Of each member, and the values that it computes for one sample.
+    Average(Vec<(ModelMemory, Vec<f32>)>),
 }
 
 impl Workspace {
