@@ -12,7 +12,7 @@ are deep-mlp and layer-norm-mlp with the recipe of the run, trained by PyTorch o
 test samples; of several runs of one set (seeds, which change splits and weights) they are mean and sample SD.
 
 A row that is a mean of rows of the run averages their predictions, which were made out of fold. Which rows is fixed here (`FIXED`), as the
-specification of values fixes it: nothing is chosen by test parts. Runs of events are scored by `event_scores.py`.
+specification of values has it; that positions take the network alone was decided after the first results. Runs of events are scored by `event_scores.py`.
 """
 
 import argparse
@@ -33,7 +33,7 @@ import event_scores
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 LAGS = [1, 2, 4, 8, 16, 32]
 PAIR = ("layer-norm-mlp", "extra-trees")
-# Rows whose mean was fixed beforehand where it is not that of PAIR; of positions the network alone.
+# Rows whose mean is the fixed one where it is not that of PAIR; of positions the network alone.
 FIXED = {
     "eflesh-location": ("layer-norm-mlp",),
     "eflesh-location-session": ("layer-norm-mlp-gain",),
@@ -304,8 +304,8 @@ seeds, of splits and of weights. Seconds are those of all trainings of a run on 
 are real recordings.
 
 `scripts/bench_values.py` writes this page from run folders. Its table of goals is that of the specification. The best row is shown beside
-the one that was fixed before: the mean of a network and `extra-trees`, of positions the network alone. A best row of several was found by the
-test parts, so it flatters a little.
+one whose kind is fixed for all sets: the mean of a network and `extra-trees`, of positions the network alone (a rule that was made after the
+first results). A best row of several was found by the test parts, so it flatters a little.
 """
 
 

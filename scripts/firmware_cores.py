@@ -25,6 +25,8 @@ HERE = Path(__file__).parent / "firmware"
 NETWORKS = ["mlp", "vgg6-lite-1d", "resnet8-lite-1d", "densenet6-lite-1d", "dilated-resnet-1d"]
 LEVELS = [["-O2"], ["-O2", "-ffast-math"], ["-Os"], ["-O3"]]
 COUNTED = ["-O2"]
+# Functions that say whether a sample is unknown, and what each looks at.
+GATES = {"gate of logits": ("_is_unknown", "row"), "gate of readings": ("_readings_are_unknown", "sample")}
 # Cores whose floats are software; there only every so many filters are checked, and networks in floats are counted alone.
 SOFT, SPARSE = ["M0", "M3", "RV32IMAC"], 16
 CONFIG = """name = "firmware"
@@ -160,7 +162,8 @@ def facts(folder):
     header = next((folder / "src").glob("*.h"))
     names = dict(re.findall(r"#define TAXEL_\w+?_(CLASSES|QUANTITIES|VALUES|RAM_BYTES|FLASH_BYTES|TABLE_BYTES|MACS|NEEDS_FPU) (\d+)u", header.read_text()))
     names.setdefault("CLASSES", names.get("QUANTITIES"))
-    return {"name": header.stem.removeprefix("taxel_"), "source": header.with_suffix(".c").resolve(), **{k: int(v) for k, v in names.items() if v}}
+    gates = [name for name in GATES if f"{GATES[name][0]}(" in header.read_text()]
+    return {"name": header.stem.removeprefix("taxel_"), "source": header.with_suffix(".c").resolve(), "gates": gates, **{k: int(v) for k, v in names.items() if v}}
 
 
 def check(core, folder, home, flags, every):
@@ -172,16 +175,23 @@ def check(core, folder, home, flags, every):
     return (done.stdout + done.stderr).strip()
 
 
-def measure(core, library, home):
-    """Counts instructions and stack of one prediction, and the bytes of the code that it needs."""
-    flags = [*COUNTED, f"-DNAME={library['name']}", f'-DSOURCE="{library["source"]}"', f"-DVALUES={library['VALUES']}",
+def counted(core, library, home, more=()):
+    """Counts instructions and stack of one prediction, or of what `more` flags ask for."""
+    flags = [*more, *COUNTED, f"-DNAME={library['name']}", f'-DSOURCE="{library["source"]}"', f"-DVALUES={library['VALUES']}",
              f"-DCLASSES={library['CLASSES']}", "-ffunction-sections", "-fdata-sections"]
     out = home / "count.elf"
     core.build(home, HERE / "count.c", flags, out)
     said = subprocess.run(core.emulator(out, True), capture_output=True, text=True, timeout=600)
     said = said.stdout + said.stderr
     ticks, stack = map(int, re.search(r"ticks (\d+) stack (\d+)", said).groups())
-    return core.instructions(ticks), stack, flash(core, library, home)
+    return core.instructions(ticks), stack
+
+
+def gate(core, library, home, name):
+    """Counts a gate."""
+    function, of = GATES[name]
+    instructions, stack = counted(core, library, home, [f"-DGATE={function}", f"-DGATED={of}"])
+    return {"instructions": instructions, "stack": stack}
 
 
 def flash(core, library, home):
@@ -224,7 +234,7 @@ def digest(folder):
     return hashlib.sha256(text).hexdigest()[:16]
 
 
-def page(counts, others, bits, missing):
+def page(counts, gates, others, bits, missing):
     compilers = sorted({run([core.compiler, "--version"]).splitlines()[0] for core in [*CORES, *OTHERS]})
     lines = ["# Printed C under QEMU", ""]
     lines += [f"Written by `scripts/firmware_cores.py` on {datetime.date.today()}. Compilers: {'; '.join(compilers)}. One prediction is",
@@ -233,6 +243,13 @@ def page(counts, others, bits, missing):
               "code and tables that `predict` needs; on cores without an FPU libgcc's float routines come on top.", ""]
     lines += ["| network | core | instructions | per MAC | flash | RAM | stack |", "|---|---|---|---|---|---|---|"]
     lines += [line(row) for row in counts]
+    if gates:
+        lines += ["", "## Gates", "", "What asking whether a sample is unknown takes besides, and its share of the prediction.", ""]
+        lines += ["| network | core | gate | instructions | stack | of the prediction |", "|---|---|---|---|---|---|"]
+        printed = {(row["digest"], row["core"]): row["instructions"] for row in counts}
+        for row in gates:
+            share = 100 * row["instructions"] / printed[row["digest"], row["core"]]
+            lines.append(f"| {row['network']} | {row['core']} | {row['flags']} | {row['instructions']:,} | {row['stack']} | {share:.1f} % |")
     if others:
         lines += ["", "## Beside others", "", "`scripts/firmware_compare.py` runs the same shapes with CMSIS-NN and emlearn at -O2, and with onnx2c.", ""]
         lines += ["| network | core | library | instructions | flash | RAM | stack | taxel's instructions |", "|---|---|---|---|---|---|---|---|"]
@@ -274,8 +291,8 @@ def is_hopeless(core, library):
 
 
 def measured(core, library, home):
-    instructions, stack, flash = measure(core, library, home)
-    return {"instructions": instructions, "stack": stack, "flash": flash, "ram": library["RAM_BYTES"], "macs": library["MACS"]}
+    instructions, stack = counted(core, library, home)
+    return {"instructions": instructions, "stack": stack, "flash": flash(core, library, home), "ram": library["RAM_BYTES"], "macs": library["MACS"]}
 
 
 def main():
@@ -292,7 +309,7 @@ def main():
     args = parser.parse_args()
     chosen = lambda core: not args.cores or core.name.split()[0] in args.cores
     rows, begun, missing = Rows(args.rows), time.monotonic(), 0
-    counts, bits = [], []
+    counts, gates, bits = [], [], []
     with tempfile.TemporaryDirectory() as home:
         home = Path(home)
         folders = [(folder, facts(folder), digest(folder)) for folder in args.folders or export(args.taxel, home, args.networks)]
@@ -301,6 +318,8 @@ def main():
                 row = {"digest": key, "network": library["name"], "core": core.name, "flags": "counted"}
                 if fits(core, library) and not is_hopeless(core, library):
                     counts.append(rows.get(row, lambda: measured(core, library, home)))
+                    for name in library["gates"]:
+                        gates.append(rows.get({**row, "flags": name}, lambda: gate(core, library, home, name)))
         # The quick ones first.
         for core in filter(chosen, [*OTHERS, *sorted(CORES, key=lambda core: core.name in SOFT)]):
             for folder, library, key in folders:
@@ -316,7 +335,7 @@ def main():
     bits.sort(key=lambda row: (row["network"], row["core"]))
     if args.output:
         others = sorted((row for row in rows.rows.values() if not row["digest"]), key=lambda row: row["network"])
-        args.output.write_text(page(counts, others, bits, missing))
+        args.output.write_text(page(counts, gates, others, bits, missing))
     others = unpinned(counts, args.pinned.read_text()) if args.pinned else []
     print(*others, sep="\n", end="\n" if others else "")
     sys.exit(bool(others) or any(not row["said"].startswith("equal") for row in bits))

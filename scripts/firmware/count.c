@@ -1,4 +1,5 @@
-/* Counts the instructions and the stack of one prediction; NAME and the source of the library come from the command line. */
+/* Counts the instructions and the stack of one prediction, or of a GATE; NAME and the source of the library come from the command
+ * line. */
 #include <stdio.h>
 
 #include SOURCE
@@ -9,6 +10,16 @@
 
 static float sample[VALUES];
 static float row[CLASSES];
+
+#ifdef GATE
+#define GATE_OF(name, gate) JOIN(taxel_, name, gate)
+#define GATE_CALL(name, gate) GATE_OF(name, gate)
+/* Through a pointer, so that the result is not known before. */
+static int (*volatile gate)(const float *) = GATE_CALL(NAME, GATE);
+#define ASK() ((void)gate(GATED))
+#else
+#define ASK() ((void)CALL(NAME)(sample, row))
+#endif
 
 #if defined(__riscv)
 static const uint32_t wraps = 0;
@@ -36,7 +47,7 @@ static uint32_t used_stack(void)
     for (i = 1; i < 2048u; i++) {
         below[-(int32_t)i] = 0xA5u;
     }
-    (void)CALL(NAME)(sample, row);
+    ASK();
     for (i = 1; i < 2048u; i++) {
         used = below[-(int32_t)i] != 0xA5u ? i : used;
     }
@@ -62,7 +73,7 @@ int main(void)
     empty = end - begin;
     wrapped = wraps;
     begin = now();
-    (void)CALL(NAME)(sample, row);
+    ASK();
     end = now();
     ticks = ((wraps - wrapped) << 24) + end - begin - empty;
 #if !defined(__riscv)

@@ -75,7 +75,7 @@ impl Library<'_> {
                     "@digest@",
                     if check.calls.is_empty() { "" } else { include_str!("c/check/digest.c") }.into(),
                 ),
-                ("@check_samples@", self.answers.check(self.readings.is_some())),
+                ("@check_samples@", self.answers.check(!self.expected.readings.is_empty())),
                 ("@checks@", check.checks.replace("@NAME@", &name.to_uppercase())),
                 ("@check_calls@", check.calls),
             ],

@@ -13,31 +13,48 @@ static float total_of(const float *sums)
     return total;
 }
 
+/* Eight lanes one by one: their sums stay in registers. */
+#define EACH_LANE(one) one(0u) one(1u) one(2u) one(3u) one(4u) one(5u) one(6u) one(7u)
+#define AT(lane) values[(step + (lane)) * by_step]
+#define SUM_OFF(lane) off_at(&found, &off[lane], AT(lane), first);
+#define SUM_SQUARE(lane) square_at(&squares[lane], less(less(AT(lane), first), mean_off));
+#define SUM_CHANGE(lane) square_at(&changes[lane], less(AT((lane) + 1u), AT(lane)));
+
+INLINE void off_at(channel_numbers *found, float *sum, float value, float first)
+{
+    *sum = plus(*sum, less(value, first));
+    found->low = value < found->low ? value : found->low;
+    found->high = value > found->high ? value : found->high;
+}
+
+INLINE void square_at(float *sum, float x) { *sum = plus(*sum, times(x, x)); }
+
 static channel_numbers numbers_of(const float *values)
 {
     const uint32_t steps = @steps_of_channel@u, by_step = @distance_of_steps@u, turns = steps - 1u;
     const float first = values[0];
     float off[9] = {0.0f}, squares[9] = {0.0f}, changes[9] = {0.0f};
     channel_numbers found = {first, 0.0f, 0.0f, first, first};
-    float mean_off, before = first;
+    float mean_off;
     uint32_t step;
-    for (step = 0; step < steps; step++) {
-        const float value = values[step * by_step];
-        float *const sum = &off[step < steps / 8u * 8u ? step % 8u : 8u];
-        *sum = plus(*sum, less(value, first));
-        found.low = value < found.low ? value : found.low;
-        found.high = value > found.high ? value : found.high;
+    for (step = 0; step < steps / 8u * 8u; step += 8u) {
+        EACH_LANE(SUM_OFF)
+    }
+    for (; step < steps; step++) {
+        off_at(&found, &off[8], AT(0u), first);
     }
     mean_off = over(total_of(off), (float)steps);
-    for (step = 0; step < steps; step++) {
-        const float value = values[step * by_step], apart = less(less(value, first), mean_off), turn = less(value, before);
-        float *const square = &squares[step < steps / 8u * 8u ? step % 8u : 8u];
-        *square = plus(*square, times(apart, apart));
-        if (step > 0u) {
-            float *const change = &changes[step - 1u < turns / 8u * 8u ? (step - 1u) % 8u : 8u];
-            *change = plus(*change, times(turn, turn));
-        }
-        before = value;
+    for (step = 0; step < steps / 8u * 8u; step += 8u) {
+        EACH_LANE(SUM_SQUARE)
+    }
+    for (; step < steps; step++) {
+        square_at(&squares[8], less(less(AT(0u), first), mean_off));
+    }
+    for (step = 0; step < turns / 8u * 8u; step += 8u) {
+        EACH_LANE(SUM_CHANGE)
+    }
+    for (; step < turns; step++) {
+        square_at(&changes[8], less(AT(1u), AT(0u)));
     }
     found.mean = plus(first, mean_off);
     found.spread = root(over(total_of(squares), (float)steps));
