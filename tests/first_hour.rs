@@ -13,6 +13,7 @@ mod program;
 mod sensor;
 
 use std::path::Path;
+use std::process::Command;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -81,6 +82,23 @@ fn record(folder: &Path, held: &Arc<AtomicUsize>, sensor: Sensor, pulled_at: Opt
     ended
 }
 
+/// Trains on the recordings, and makes a model; returns the table of scores.
+fn trained(at: &Path) -> String {
+    let table = good(at, &["run", "skin", "--budget", "2s", "--set", "train.least_steps=1"]);
+    good(at, &["fit", "runs/skin", "--network", "mini-rocket", "--output", "skin.safetensors"]);
+    table
+}
+
+/// Starts a stream of quick presses with its live page.
+fn served(at: &Path, held: &Arc<AtomicUsize>) -> (Sensor, Served) {
+    let last = sensor(held);
+    held.store(1, Ordering::Relaxed);
+    let arguments =
+        ["stream", "skin.safetensors", "--serial", &last.port, "--serve", "127.0.0.1:0", "--unknown", "0"];
+    let served = Served::of(&mut taxel(at, &arguments));
+    (last, served)
+}
+
 #[test]
 fn from_a_cable_to_decisions_on_the_sensor() {
     let folder = tempfile::tempdir().unwrap();
@@ -100,10 +118,21 @@ fn from_a_cable_to_decisions_on_the_sensor() {
     };
     let (rate, rest) = (number("time stamps give "), number("tared by recording:"));
     assert!(card.contains("quick") && (0.25 * rate - rest).abs() <= 1.0, "{card}");
-    let table = good(at, &["run", "skin", "--budget", "2s", "--set", "train.least_steps=1"]);
+    let table = trained(at);
     assert!(table.contains("grouped 2-fold"), "sessions are groups: {table}");
     good(at, &["report", "runs/skin", "--no-stress"]);
-    good(at, &["fit", "runs/skin", "--network", "mini-rocket", "--output", "skin.safetensors"]);
+
+    // On the sensor's own controller: C with the same bits.
+    let said =
+        good(at, &["export", "skin.safetensors", "--output", "sensor", "--format", "c", "--name", "skin"]);
+    assert!(said.contains("flash") && said.contains("RAM"), "{said}");
+    let check = at.join("check");
+    let arguments = ["-std=c99", "-O2", "sensor/test/check.c", "-o"];
+    let compiled = Command::new("cc").current_dir(at).args(arguments).arg(&check).output().unwrap();
+    assert!(compiled.status.success(), "{}", String::from_utf8_lossy(&compiled.stderr));
+    let said = Command::new(&check).output().unwrap();
+    let said = String::from_utf8_lossy(&said.stdout).into_owned();
+    assert!(said.contains("equal: 200 samples") && said.contains(" 0 differences"), "{said}");
 
     // Another recording, and what the model takes it for.
     let last = sensor(&held);
@@ -124,13 +153,7 @@ fn from_a_cable_to_decisions_on_the_sensor() {
     assert!(said.contains("model: "), "{said}");
     drop(last);
 
-    let last = sensor(&held);
-    held.store(1, Ordering::Relaxed);
-    let mut stream = taxel(
-        at,
-        &["stream", "skin.safetensors", "--serial", &last.port, "--serve", "127.0.0.1:0", "--unknown", "0"],
-    );
-    let served = Served::of(&mut stream);
+    let (last, served) = served(at, &held);
     assert!(get(&served.host, "/").contains("<!doctype html>"));
     let decisions =
         |all: &[(String, serde_json::Value)]| all.iter().filter(|(name, _)| name == "decision").count();
@@ -143,4 +166,25 @@ fn from_a_cable_to_decisions_on_the_sensor() {
     assert!(classes.iter().all(|class| ["slow", "quick"].contains(class)), "{classes:?}");
     assert_eq!(seen[0].1["channels"], serde_json::json!(["thumb", "index"]));
     served.stop();
+    drop(last);
+}
+
+#[test]
+#[ignore = "needs chromium"]
+fn needs_chromium_that_shows_decisions_as_they_come() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let held = Arc::new(AtomicUsize::new(0));
+    let (code, said) = record(at, &held, sensor(&held), None);
+    assert_eq!(code, 0, "{said}");
+    trained(at);
+    let (last, served) = served(at, &held);
+    let page = format!("http://{}/", served.host);
+    let arguments = ["--headless", "--no-sandbox", "--disable-gpu", "--timeout=8000", "--dump-dom", &page];
+    let shown = Command::new("chromium").args(arguments).output().unwrap();
+    let shown = String::from_utf8_lossy(&shown.stdout).into_owned();
+    let class = shown.split("id=\"class\"").nth(1).and_then(|rest| rest.split(['>', '<']).nth(1));
+    assert!(class.is_some_and(|class| ["slow", "quick"].contains(&class)), "{class:?}");
+    served.stop();
+    drop(last);
 }

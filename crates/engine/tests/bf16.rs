@@ -103,7 +103,7 @@ fn gradients_of_every_layer_are_close_to_those_of_floats_needs_bf16() {
         let square = |values: &mut dyn Iterator<Item = f32>| values.map(|v| v * v).sum::<f32>().sqrt();
         let far = square(&mut float.data.iter().zip(half).map(|(a, b)| a - b));
         let scale = square(&mut float.data.iter().copied());
-        assert!(far <= 0.05 * scale + 0.005 * all, "{name}: {far} of {scale}, {all} over all");
+        assert!(far <= 0.06 * scale + 0.005 * all, "{name}: {far} of {scale}, {all} over all");
         rounded += usize::from(far > 0.0);
     }
     assert!(rounded > 5, "{rounded} gradients differ");

@@ -62,7 +62,4 @@ fn what_an_encoding_cannot_take_is_refused() {
     library.answers = values(Spread::LogVariance, None);
     let error = library.files().unwrap_err().to_string();
     assert!(error.contains("it has 3 outputs, and \"force\" 0 in µN need 2"), "{error}");
-    let case = Case::new("layer-norm-mlp", history(&[7]), classes(None));
-    let error = case.library().files().unwrap_err().to_string();
-    assert!(error.contains("layer `ln1`: it is a layer norm"), "{error}");
 }

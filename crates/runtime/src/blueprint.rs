@@ -95,7 +95,7 @@ pub enum PlannedOp {
     Lstm(Box<PlannedLstm>),
     /// Layer normalisation of features.
     LayerNorm {
-        /// What is added to the variance.
+        /// Number that is added to the variance.
         eps: f32,
         /// One per feature.
         weight: Vec<f32>,

@@ -1,4 +1,4 @@
-//! What a model is: a network, a baseline or an average of some.
+//! Kinds of models: a network, a baseline or an average of some.
 
 use serde::{Deserialize, Serialize};
 use taxel_baselines::Method;

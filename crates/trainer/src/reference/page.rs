@@ -67,7 +67,7 @@ impl<'s> Writer<'s> {
 
     /// Writes the section of a table.
     fn section(&mut self, path: &str, table: &'s Value) {
-        let list = if path == "networks" || path == "tables" { ("[[", "]]") } else { ("[", "]") };
+        let list = if ["networks", "averages", "tables"].contains(&path) { ("[[", "]]") } else { ("[", "]") };
         let _ = writeln!(self.page, "\n## `{}{path}{}`\n", list.0, list.1);
         if let Some(text) = table["description"].as_str() {
             let _ = writeln!(self.page, "{text}\n");
