@@ -181,10 +181,15 @@ fn needs_chromium_that_shows_decisions_as_they_come() {
     let (last, served) = served(at, &held);
     let page = format!("http://{}/", served.host);
     let arguments = ["--headless", "--no-sandbox", "--disable-gpu", "--timeout=8000", "--dump-dom", &page];
-    let shown = Command::new("chromium").args(arguments).output().unwrap();
-    let shown = String::from_utf8_lossy(&shown.stdout).into_owned();
-    let class = shown.split("id=\"class\"").nth(1).and_then(|rest| rest.split(['>', '<']).nth(1));
-    assert!(class.is_some_and(|class| ["slow", "quick"].contains(&class)), "{class:?}");
+    // The page is taken as soon as it is there, perhaps before the next decision.
+    let shown = || -> String {
+        let shown = Command::new("chromium").args(arguments).output().unwrap();
+        let shown = String::from_utf8_lossy(&shown.stdout).into_owned();
+        let class = shown.split("id=\"class\"").nth(1).and_then(|rest| rest.split(['>', '<']).nth(1));
+        class.unwrap_or_default().into()
+    };
+    let classes: Vec<String> = (0..20).map(|_| shown()).collect();
+    assert!(classes.iter().any(|class| ["slow", "quick"].contains(&class.as_str())), "{classes:?}");
     served.stop();
     drop(last);
 }

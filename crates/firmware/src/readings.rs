@@ -41,7 +41,8 @@ impl ReadingsGate {
         let tables = floats("readings_center", center) + &floats("readings_around", around);
         let by_channel = if *by_step == 1 { *steps } else { 1 };
         let (ends, each, set, across) = if *has_time {
-            let ends = "    float least = 0.0f, most = 0.0f, bottom = 0.0f, top = 0.0f;\n";
+            let ends =
+                "    float low_spread = 0.0f, high_spread = 0.0f, low_mean = 0.0f, high_mean = 0.0f;\n";
             let each = include_str!("c/answers/readings_ends.c");
             (ends, each, include_str!("c/answers/readings_time.c"), "")
         } else {

@@ -3,7 +3,7 @@
 static float across_of(const float *sample)
 {
     const uint32_t pairs = (@channel_count@u - 1u) * @steps_of_channel@u;
-    float squares[9] = {0.0f};
+    float squares[9] = {0};
     uint32_t i;
     for (i = 0; i < pairs; i++) {
         const float apart = less(sample[i + @steps_of_channel@u], sample[i]);

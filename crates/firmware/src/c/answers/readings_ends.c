@@ -1,4 +1,4 @@
-        least = i == 0u || own.spread < least ? own.spread : least;
-        most = i == 0u || own.spread > most ? own.spread : most;
-        bottom = i == 0u || own.mean < bottom ? own.mean : bottom;
-        top = i == 0u || own.mean > top ? own.mean : top;
+        low_spread = i == 0u || own.spread < low_spread ? own.spread : low_spread;
+        high_spread = i == 0u || own.spread > high_spread ? own.spread : high_spread;
+        low_mean = i == 0u || own.mean < low_mean ? own.mean : low_mean;
+        high_mean = i == 0u || own.mean > high_mean ? own.mean : high_mean;

@@ -1,9 +1,9 @@
-    off = across_of(sample);
+    const float across = across_of(sample);
     numbers[0] = mean;
     numbers[1] = logarithm_of(spread);
     numbers[2] = logarithm_of(change);
-    numbers[3] = logarithm_of(off);
-    numbers[4] = less(logarithm_of(plus(change, off)), numbers[1]);
+    numbers[3] = logarithm_of(across);
+    numbers[4] = less(logarithm_of(plus(change, across)), numbers[1]);
     numbers[5] = logarithm_of(within);
     numbers[6] = low;
     numbers[7] = high;

@@ -6,7 +6,7 @@
     numbers[5] = low;
     numbers[6] = high;
     numbers[7] = root(between);
-    numbers[8] = least;
-    numbers[9] = most;
-    numbers[10] = bottom;
-    numbers[11] = top;
+    numbers[8] = low_spread;
+    numbers[9] = high_spread;
+    numbers[10] = low_mean;
+    numbers[11] = high_mean;
