@@ -43,7 +43,13 @@ impl FloatSource {
             FloatWork::Map { affine, rectifier } => (
                 vec![Kernel::FloatMap],
                 "float_map",
-                map(&mut tables, layer, (affine.as_ref(), *rectifier), arena),
+                map(
+                    &mut tables,
+                    layer,
+                    affine.as_ref().map(|(scale, shift)| [&scale[..], shift]),
+                    *rectifier,
+                    arena,
+                ),
             ),
             FloatWork::Deviation { share, eps } => {
                 let from = &layer.from[0];
@@ -161,10 +167,11 @@ fn recurrent(tables: &mut Tables, layer: &Layer, lstm: &Lstm, arena: &Arena) -> 
 fn map(
     tables: &mut Tables,
     layer: &Layer,
-    (affine, which): (Option<&(Vec<f32>, Vec<f32>)>, Rectifier),
+    affine: Option<[&[f32]; 2]>,
+    which: Rectifier,
     arena: &Arena,
 ) -> String {
-    let names = affine.map_or("NULL, NULL".into(), |(scale, shift)| {
+    let names = affine.map_or("NULL, NULL".into(), |[scale, shift]| {
         [tables.add("factor", scale), tables.add("shift", shift)].join(", ")
     });
     let (from, to) = (&layer.from[0], &layer.to);
