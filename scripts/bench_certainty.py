@@ -11,11 +11,12 @@ groups nobody trained.
 """
 
 import argparse
-import csv
 import json
 import pathlib
 import statistics
 import subprocess
+
+import kept_rows
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 TABLE = ROOT / "docs" / "benchmarks" / "certainty.csv"
@@ -35,6 +36,7 @@ FIGURES = [
     "samples", "accuracy", "ece_plain", "ece", "ece_floor", "auroc", "auroc_softmax", "refused", "false_alarms", "covered", "worst_group", "set_size",
     "early_decided", "early_right", "early_seen", "sure", "sure_right", "sure_right_broken", "sure_broken",
 ]
+COLUMNS = ["set", "config", "row", "seed", *FIGURES]
 
 
 def call(arguments, taxel):
@@ -84,20 +86,6 @@ def figures(taxel, folder, row):
         "sure": percent(clean.get("share")), "sure_right": percent(clean.get("right")),
         "sure_broken": percent(broken.get("share")), "sure_right_broken": percent(broken.get("right")),
     }
-
-
-def read():
-    if not TABLE.exists():
-        return []
-    with TABLE.open(newline="") as file:
-        return list(csv.DictReader(file))
-
-
-def write(rows):
-    with TABLE.open("w", newline="") as file:
-        table = csv.DictWriter(file, ["set", "config", "row", "seed", *FIGURES], lineterminator="\n")
-        table.writeheader()
-        table.writerows(rows)
 
 
 def cell(rows, key, places=1):
@@ -167,7 +155,7 @@ def main():
     parser.add_argument("--runs", type=pathlib.Path, help="folder of the runs")
     parser.add_argument("--page", action="store_true", help="writes the page alone")
     arguments = parser.parse_args()
-    rows = read()
+    rows = kept_rows.read(TABLE)
     if not arguments.page:
         if not (arguments.taxel and arguments.runs):
             parser.error("--taxel and --runs are needed to run trials")
@@ -181,7 +169,7 @@ def main():
                 folder = run(taxel, arguments.runs.resolve(), config, only, seed)
                 for row in own:
                     rows.append({"set": name, "config": config, "row": row, "seed": str(seed), **figures(taxel, folder, row)})
-                    write(rows)
+                    kept_rows.write(TABLE, COLUMNS, rows)
                     page(rows)
     page(rows)
 

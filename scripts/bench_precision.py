@@ -5,18 +5,21 @@
     python3 scripts/bench_precision.py --taxel target/release/taxel --runs runs/precision glove        one of them
     python3 scripts/bench_precision.py --page                                                          the page from the table
 
-Needs a processor with AVX512-BF16 and, for real sets, TAXEL_DATA. Both trainings of a seed have the same split, the same first weights
+Needs scipy, a processor with AVX512-BF16 and, for real sets, TAXEL_DATA. Both trainings of a seed have the same split, the same first weights
 and the same order of samples. A pair goes into docs/benchmarks/precision.csv as soon as it is there, and is not run again. The
 interval of the mean difference is that of a paired t test over seeds.
 """
 
 import argparse
-import csv
 import json
 import math
 import pathlib
 import statistics
 import subprocess
+
+from scipy import stats
+
+import kept_rows
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 TABLE = ROOT / "docs" / "benchmarks" / "precision.csv"
@@ -30,9 +33,7 @@ TRIALS = [
     ("fingertip", "simulated", "hardness/hardness", "resnet8-lite-1d", ["data.samples=600", "protocol.repetitions=1"]),
     ("palpation", "simulated", "palpation/palpation-002-table-1", "tactnet3d", ["data.samples=270", "protocol.repetitions=1"]),
 ]
-KEYS = ["trial", "seed", "f32", "bf16", "diverged"]
-# Two-sided 95 % points of Student's t by degrees of freedom.
-T95 = [math.nan, 12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262]
+COLUMNS = ["trial", "seed", "f32", "bf16", "diverged"]
 
 
 def score(taxel, runs, trial, seed, precision):
@@ -46,20 +47,6 @@ def score(taxel, runs, trial, seed, precision):
     subprocess.run([str(word) for word in call], check=True, stdout=subprocess.DEVNULL, cwd=ROOT)
     found = next(entry for entry in json.loads((folder / "results.json").read_text())["networks"] if entry["network"] == row)
     return found["mean"]["accuracy"], sum(bool(fold.get("diverged")) for fold in found["folds"])
-
-
-def read():
-    if not TABLE.exists():
-        return []
-    with TABLE.open(newline="") as file:
-        return list(csv.DictReader(file))
-
-
-def write(rows):
-    with TABLE.open("w", newline="") as file:
-        table = csv.DictWriter(file, KEYS, lineterminator="\n")
-        table.writeheader()
-        table.writerows(rows)
 
 
 def page(rows):
@@ -78,7 +65,7 @@ def page(rows):
             if of != kind or len(pairs) < 2:
                 continue
             off = [bf16 - f32 for f32, bf16 in pairs]
-            mean, half = statistics.mean(off), T95[len(off) - 1] * statistics.stdev(off) / math.sqrt(len(off))
+            mean, half = statistics.mean(off), stats.t.ppf(0.975, len(off) - 1) * statistics.stdev(off) / math.sqrt(len(off))
             f32, bf16 = (statistics.mean(values) for values in zip(*pairs))
             diverged = sum(int(one["diverged"]) for one in rows if one["trial"] == key)
             lines.append(f"| {config} | {row} | {len(off)} | {f32:.2f} | {bf16:.2f} | {mean:+.2f} | {mean - half:+.2f} to {mean + half:+.2f} | {diverged} |")
@@ -92,14 +79,14 @@ def main():
     parser.add_argument("--runs", default=ROOT / "runs" / "precision", type=pathlib.Path)
     parser.add_argument("--page", action="store_true", help="write the page from the table alone")
     args = parser.parse_args()
-    rows = read()
+    rows = kept_rows.read(TABLE)
     for seed in [] if args.page else SEEDS:
         for trial in TRIALS:
             if args.trials and trial[0] not in args.trials or any(one["trial"] == trial[0] and one["seed"] == str(seed) for one in rows):
                 continue
             (f32, _), (bf16, diverged) = (score(args.taxel.resolve(), args.runs.resolve(), trial, seed, kind) for kind in ("f32", "bf16"))
             rows.append({"trial": trial[0], "seed": str(seed), "f32": f"{f32:.3f}", "bf16": f"{bf16:.3f}", "diverged": diverged})
-            write(rows)
+            kept_rows.write(TABLE, COLUMNS, rows)
     page(rows)
 
 

@@ -16,7 +16,6 @@ specification of values has it; that positions take the network alone was decide
 """
 
 import argparse
-import csv
 import json
 import os
 import pathlib
@@ -29,6 +28,7 @@ from sklearn.ensemble import ExtraTreesRegressor
 from sklearn.linear_model import RidgeCV
 
 import event_scores
+import kept_rows
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 LAGS = [1, 2, 4, 8, 16, 32]
@@ -245,20 +245,15 @@ def mean_of(names):
 
 def read():
     """Rows of the table by what names them."""
-    if not TABLE.exists():
-        return {}
-    with TABLE.open(newline="") as file:
-        return {tuple(row[key] for key in COLUMNS[:4]): row for row in csv.DictReader(file)}
+    return {tuple(row[key] for key in COLUMNS[:4]): row for row in kept_rows.read(TABLE)}
 
 
 def write(rows):
     """Writes the table in the order of sets, quantities and methods."""
     sets = list(dict.fromkeys(key[0] for key in rows))
     quantities = list(dict.fromkeys(key[1] for key in rows))
-    with TABLE.open("w", newline="") as file:
-        table = csv.DictWriter(file, COLUMNS, lineterminator="\n")
-        table.writeheader()
-        table.writerows(row for _, row in sorted(rows.items(), key=lambda item: (sets.index(item[0][0]), quantities.index(item[0][1]))))
+    in_order = sorted(rows.items(), key=lambda item: (sets.index(item[0][0]), quantities.index(item[0][1])))
+    kept_rows.write(TABLE, COLUMNS, [row for _, row in in_order])
 
 
 def row_of(key, runs):

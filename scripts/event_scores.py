@@ -6,7 +6,6 @@ of the other folds: the lowest with at most `BUDGET` false alarms per minute the
 event; a false alarm is a run of calls outside of events.
 """
 
-import csv
 import json
 import os
 import pathlib
@@ -15,6 +14,8 @@ import tomllib
 
 import numpy as np
 from sklearn.metrics import average_precision_score, roc_auc_score
+
+import kept_rows
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 TABLE = ROOT / "docs" / "benchmarks" / "events.csv"
@@ -126,28 +127,18 @@ def rows_of(run):
         }
 
 
-def read():
-    if not TABLE.exists():
-        return []
-    with TABLE.open(newline="") as file:
-        return list(csv.DictReader(file))
-
-
 def write(runs):
     """Puts the rows of runs into the table, in place of those of the same draws."""
     found = [row for run in runs for row in rows_of(run)]
     fresh = {(row["set"], row["draw"]) for row in found}
-    rows = [row for row in read() if (row["set"], row["draw"]) not in fresh] + found
-    with TABLE.open("w", newline="") as file:
-        table = csv.DictWriter(file, COLUMNS, lineterminator="\n")
-        table.writeheader()
-        table.writerows(rows)
+    rows = [row for row in kept_rows.read(TABLE) if (row["set"], row["draw"]) not in fresh] + found
+    kept_rows.write(TABLE, COLUMNS, rows)
 
 
 def page():
     """Lines of the page of values on events."""
     groups = {}
-    for row in read():
+    for row in kept_rows.read(TABLE):
         groups.setdefault((row["set"], row["method"]), []).append(row)
     if not groups:
         return []

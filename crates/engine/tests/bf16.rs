@@ -87,11 +87,13 @@ fn losses_are_those_of_floats_but_for_the_rounding_needs_bf16() {
 #[test]
 #[ignore = "needs avx512_bf16"]
 fn gradients_of_every_layer_are_close_to_those_of_floats_needs_bf16() {
+    /// Gradients of a few samples nearly cancel in the first layers, and their rounding does not.
+    const N: usize = 48;
     let gradients = |precision| {
         let graph = mixed();
-        let mut engine = Engine::new(&graph, &weights(&graph), options(19, 1, precision)).unwrap();
-        let ([image, signal], labels) = batch(19, 1);
-        engine.forward(&[&image, &signal], 19, Mode::Train).unwrap();
+        let mut engine = Engine::new(&graph, &weights(&graph), options(N, 1, precision)).unwrap();
+        let ([image, signal], labels) = batch(N, 1);
+        engine.forward(&[&image, &signal], N, Mode::Train).unwrap();
         engine.backward(&labels).unwrap();
         engine.gradients()
     };
@@ -103,7 +105,7 @@ fn gradients_of_every_layer_are_close_to_those_of_floats_needs_bf16() {
         let square = |values: &mut dyn Iterator<Item = f32>| values.map(|v| v * v).sum::<f32>().sqrt();
         let far = square(&mut float.data.iter().zip(half).map(|(a, b)| a - b));
         let scale = square(&mut float.data.iter().copied());
-        assert!(far <= 0.06 * scale + 0.005 * all, "{name}: {far} of {scale}, {all} over all");
+        assert!(far <= 0.05 * scale + 0.005 * all, "{name}: {far} of {scale}, {all} over all");
         rounded += usize::from(far > 0.0);
     }
     assert!(rounded > 5, "{rounded} gradients differ");

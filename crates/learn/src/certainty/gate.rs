@@ -15,7 +15,7 @@ use crate::metrics::Levels;
 const PARTS: u32 = 5;
 
 /// Divides samples, positions in a data set, into parts: their `groups` stay together where there are several.
-pub(super) fn apart(rows: &[usize], groups: Option<&[u32]>) -> Vec<u32> {
+fn apart(rows: &[usize], groups: Option<&[u32]>) -> Vec<u32> {
     match groups.filter(|groups| groups.iter().any(|group| *group != groups[0])) {
         Some(groups) => groups.iter().map(|group| group % PARTS).collect(),
         None => rows.iter().map(|row| *row as u32 % PARTS).collect(),
@@ -98,8 +98,10 @@ impl Gates {
     }
 }
 
-/// Returns the familiarity of a sample by both gates, as far as they are there.
-fn familiarity(
+/// Returns the familiarity of a sample by both gates, as far as they are there, from its `logits`, none of methods without any, and the
+/// summary of its readings: the share of held-out samples that are at least as unlike what was learned, 0.01..1. Of a beginning, of which
+/// the `share` is there, logits alone tell. Nothing is allocated once `scratch` has room.
+pub(crate) fn familiarity(
     seen: Option<&Seen>,
     readings: Option<&Readings>,
     logits: Option<&[f32]>,
@@ -132,18 +134,5 @@ impl Certainty {
     /// Checks whether the model tells samples that are unlike those that it has learned.
     pub fn has_gate(&self) -> bool {
         self.seen.is_some() || self.readings.is_some()
-    }
-
-    /// Returns the familiarity of a sample by its `logits`, none of methods without any, and the summary of its readings: the share
-    /// of held-out samples that are at least as unlike what was learned, 0.01..1. Of a beginning, of which the share `seen` is
-    /// there, logits alone tell. None where nothing was fitted. Nothing is allocated once `scratch` has room.
-    pub(crate) fn familiarity(
-        &self,
-        logits: Option<&[f32]>,
-        summary: Option<&[f32]>,
-        seen: f64,
-        scratch: &mut Vec<f64>,
-    ) -> Option<f32> {
-        familiarity(self.seen.as_ref(), self.readings.as_ref(), logits, summary, seen, scratch)
     }
 }

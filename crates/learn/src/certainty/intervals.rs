@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use taxel_data::{Dataset, Layout};
 
 use crate::certainty::fitted::{FittedOn, HeldOutParts};
-use crate::certainty::gate::apart;
+use crate::certainty::gate::Gates;
 use crate::certainty::held_out::{LEAST, conformal_rank, large_groups};
 use crate::certainty::readings::Readings;
 use crate::certainty::sets::SHARES;
@@ -129,10 +129,9 @@ impl Intervals {
 
     /// Fits the gate of readings to the held-out samples, rows of the raw samples `x` `[n, ..]` of that layout. What has too few
     /// samples is left out.
-    pub fn with_readings(self, held: &HeldOutValues, (layout, x): (Layout, &ArrayRef<f32, IxDyn>)) -> Self {
+    pub fn with_readings(self, held: &HeldOutValues, raw: (Layout, &ArrayRef<f32, IxDyn>)) -> Self {
         let groups = held.groups.as_deref().filter(|_| self.fitted_on.parts == HeldOutParts::Groups);
-        let fitted = Readings::of_rows(&held.rows, &apart(&held.rows, groups), (layout, x));
-        Intervals { readings: fitted.map(|(gate, _)| gate), ..self }
+        Intervals { readings: Gates::of_readings(&held.rows, groups, raw).readings, ..self }
     }
 
     /// Widens the intervals by so much of each quantity, in its unit; of a model that says how far off it may be, in that.

@@ -29,6 +29,7 @@ pub use apart::fitted_apart;
 pub use early::EarlyRecord;
 pub use fitted::{CalibrationErrors, Certainty, FittedOn, HeldOutParts, SureAnswers};
 pub use gate::Gates;
+pub(crate) use gate::familiarity;
 pub use held_out::HeldOut;
 pub use intervals::{HeldOutValues, IntervalAt, Intervals};
 pub use place::Place;

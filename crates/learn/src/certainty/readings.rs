@@ -111,7 +111,7 @@ impl Readings {
     }
 
     /// Returns the familiarity of a sample by its readings, and by its logits where their `rank` in hundredths is known, 0.01..1.
-    pub(crate) fn familiarity(&self, logits: Option<usize>, summary: &[f32]) -> f32 {
+    pub(super) fn familiarity(&self, logits: Option<usize>, summary: &[f32]) -> f32 {
         let readings = rank(&self.distances, f64::from(self.distance(summary)));
         let least = logits.map_or(readings, |logits| lesser(logits, readings));
         match logits.and(self.together.get(least - 1)) {

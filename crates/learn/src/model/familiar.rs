@@ -1,6 +1,6 @@
 //! Whether a sample is like those that a model has learned from, by what its card holds.
 
-use crate::certainty::{Certainty, Readings, Seen};
+use crate::certainty::{Certainty, Readings, Seen, familiarity};
 use crate::model::card::Card;
 
 impl Card {
@@ -25,7 +25,7 @@ impl Card {
         }
     }
 
-    /// Returns the familiarity of a sample, 0.01..1, as [`Certainty::familiarity`] does. Of values the readings alone tell.
+    /// Returns the familiarity of a sample, 0.01..1, by the gates of the card. Of values the readings alone tell.
     pub(crate) fn familiarity(
         &self,
         logits: Option<&[f32]>,
@@ -33,12 +33,7 @@ impl Card {
         seen: f64,
         scratch: &mut Vec<f64>,
     ) -> Option<f32> {
-        match &self.certainty {
-            Some(certainty) => certainty.familiarity(logits, summary, seen, scratch),
-            None => {
-                let summary = summary.filter(|_| seen >= 1.0)?;
-                Some(self.readings_gate()?.familiarity(None, summary))
-            }
-        }
+        let of_logits = self.certainty.as_ref().and_then(|certainty| certainty.seen.as_ref());
+        familiarity(of_logits, self.readings_gate(), logits, summary, seen, scratch)
     }
 }
