@@ -51,6 +51,7 @@ fn every_layout_gets_a_config_that_reads() {
         (Layout::Series, vec![3, 30], "dilated-resnet-rocket-1d"),
         (Layout::Series, vec![3, 5], "deep-mlp"),
         (Layout::Image, vec![12, 10], "resnet8-lite-2d"),
+        (Layout::Image, vec![12, 10], "extra-trees"),
         (Layout::Colour, vec![3, 80, 70], "resize = [64, 56]"),
         (Layout::Sequence, vec![6, 9, 8], "tactnet3d-4-8"),
         (Layout::Fingers, vec![2, 3, 30], "resnet8-lite-1d"),
@@ -108,12 +109,14 @@ fn values_get_baselines_and_a_network_of_values() {
     dataset.save(&at.join("skin.npz")).unwrap();
     says(at, 0, &["init", "skin.npz", "--output", "force.toml"]);
     let text = fs::read_to_string(at.join("force.toml")).unwrap();
-    for wanted in ["\"ridge\"", "\"extra-trees\"", "deep-mlp", "loss = \"huber\"", "lags = [1, 2, 4, 8, 16]"]
+    let of = "of = [\"layer-norm-mlp\", \"extra-trees\"]";
+    for wanted in
+        ["\"ridge\"", "\"layer-norm-mlp\"", "deep-mlp", "loss = \"huber\"", "lags = [1, 2, 4, 8, 16]", of]
     {
         assert!(text.contains(wanted), "{wanted}: {text}");
     }
     assert!(!text.contains("majority") && !text.contains("label_smoothing"), "{text}");
     let table =
         says(at, 0, &["run", "force.toml", "--set", "train.epochs=2", "--set", "train.least_steps=1"]);
-    assert!(table.contains("MAE N"), "{table}");
+    assert!(table.contains("MAE N") && table.contains("mlp-and-trees"), "{table}");
 }

@@ -142,7 +142,8 @@ pub(crate) fn text(claims: &[Claim], path: &Path) -> Result<String> {
 }
 
 /// Puts new results in the place of those of the same runs, in the order of the claims and of the runs' names. Of a claim
-/// that no run of a kind can test, one reason is kept: the shortest.
+/// that no run of a kind can test, one reason is kept: the shortest. A run is asked about papers alone of which it tests some
+/// claim: that it lacks the networks of the others says nothing.
 ///
 /// # Errors
 /// A result about a claim that the program does not know.
@@ -150,7 +151,10 @@ pub(crate) fn merged(kept: Vec<Claim>, new: &[Claim], path: &Path) -> Result<Vec
     let renewed: BTreeSet<&str> = new.iter().map(|claim| claim.run.as_str()).collect();
     let mut all: Vec<Claim> =
         kept.into_iter().filter(|claim| !renewed.contains(claim.run.as_str())).collect();
-    all.extend_from_slice(new);
+    let is_tested = |claim: &Claim| claim.outcome() != Verdict::CannotBeTested;
+    let papers: BTreeSet<(&str, &str)> =
+        new.iter().filter(|claim| is_tested(claim)).map(|claim| (&*claim.run, &*claim.paper)).collect();
+    all.extend(new.iter().filter(|claim| papers.contains(&(&*claim.run, &*claim.paper))).cloned());
     let place = |claim: &Claim| CLAIMS.iter().position(|known| known.says == claim.says);
     if let Some(unknown) = all.iter().find(|claim| place(claim).is_none()) {
         let reason = format!("no claim of the program reads `{}`; delete its rows", unknown.says);
@@ -163,7 +167,6 @@ pub(crate) fn merged(kept: Vec<Claim>, new: &[Claim], path: &Path) -> Result<Vec
         }
     }
     all.sort_by(|a, b| (place(a), &a.run).cmp(&(place(b), &b.run)));
-    let is_tested = |claim: &Claim| claim.outcome() != Verdict::CannotBeTested;
     let mut tested = BTreeSet::new();
     let mut shortest: BTreeMap<(&str, &str), usize> = BTreeMap::new();
     for (at, claim) in all.iter().enumerate() {
@@ -219,7 +222,9 @@ mod tests {
             claim(1, "b", &[], Some("a and b")),
             claim(1, "c", &[], Some("a")),
         ];
+        let elsewhere = CLAIMS.iter().position(|known| known.paper == "001").unwrap();
         let mut new = vec![claim(0, "b", &[-4.0], None), claim(1, "b", &[], Some("a and b"))];
+        new.push(claim(elsewhere, "b", &[], Some("a")));
         new[0].place = "somewhere else".into();
         let all = merged(kept, &new, Path::new("claims.csv")).unwrap();
         let said: Vec<(&str, String)> =

@@ -82,8 +82,10 @@ impl Start {
     /// Estimates the seconds of the whole experiment.
     fn seconds(&self, estimates: &[Estimate], threads: usize) -> f64 {
         let epochs = self.epochs();
+        // An average trains its members again.
+        let times = |name: &str| if self.family.averaged.contains(&name) { 2.0 } else { 1.0 };
         let of = |estimate: &Estimate| {
-            let samples = self.trained as f64 * self.folds as f64;
+            let samples = self.trained as f64 * self.folds as f64 * times(&estimate.name);
             let harder = if self.is_hardened { 1.0 } else { 0.0 };
             if !estimate.is_network {
                 return estimate.begin * samples * (1.0 + harder * COPIES);

@@ -15,6 +15,8 @@ pub(super) struct Family {
     pub networks: Vec<&'static str>,
     /// Baselines, as TOML.
     pub baselines: Vec<&'static str>,
+    /// Rows whose predictions are averaged too; none of classes.
+    pub averaged: Vec<&'static str>,
     /// Epochs of the recipe.
     pub epochs: usize,
     /// Further lines of `[train]`.
@@ -47,6 +49,11 @@ const LARGEST_SIDE: usize = 64;
 const ROCKET_STEPS: usize = 9;
 /// Most windows for the ridge of MiniRocket on values, which takes gigabytes beyond.
 const ROCKET_WINDOWS: usize = 8000;
+/// Most readings of all samples together for trees on images, which take minutes beyond.
+const TREE_READINGS: usize = 8_000_000;
+/// Networks of values: the best of the committed pages, then a wider one.
+const OF_VALUES: [&str; 2] = ["layer-norm-mlp", "deep-mlp"];
+const TREES: &str = r#""extra-trees""#;
 /// Time steps of the two fingers of Zhang et al. 2022, one pressure and 22 vibrations each.
 const NUMATAC_STEPS: usize = 300;
 /// Steps back whose differences a history holds.
@@ -73,8 +80,12 @@ impl Family {
                 Self::images([*rows, *columns])
             }
             (Layout::Sequence, _) => Self::sequences(),
-            _ => Self::features(),
+            _ => Self::features(task),
         };
+        let readings = samples * shape.iter().product::<usize>();
+        if matches!(layout, Layout::Image | Layout::Colour) && readings <= TREE_READINGS {
+            family.baselines.push(TREES);
+        }
         match task {
             Task::Values(_) => {
                 family.baselines.retain(|name| !name.contains("majority") && !name.contains("svm"));
@@ -101,18 +112,12 @@ impl Family {
                 let about = "# the last reading and its differences to earlier ones";
                 vec![format!("signal = {{ kind = \"history\", lags = [{}] }}   {about}", lags.join(", "))]
             };
-            baselines.push(r#""extra-trees""#);
-            return Self {
-                encoding,
-                networks: vec!["deep-mlp"],
-                baselines,
-                epochs: 60,
-                settings: adamw(POPULATION),
-            };
+            baselines.push(TREES);
+            return Self { encoding, baselines, ..Self::of_values() };
         }
         if steps < ROCKET_STEPS {
             let networks = vec!["deep-mlp", "mlp"];
-            return Self { encoding: vec![], networks, baselines, epochs: 80, settings: adamw(POPULATION) };
+            return Self { networks, baselines, ..Self::rows() };
         }
         let encoding = vec![
             "signal = { kind = \"quantile-code\" }   # no reading can be larger than those of training"
@@ -120,19 +125,26 @@ impl Family {
             "rocket = { features = 2000 }           # MiniRocket's, for dilated-resnet-rocket-1d".into(),
         ];
         let networks = vec!["dilated-resnet-rocket-1d", "resnet8-lite-1d", "dilated-resnet-1d"];
-        Self { encoding, networks, baselines, epochs: 80, settings: adamw(r#"batch_norm = "moving""#) }
+        Self { encoding, networks, baselines, settings: adamw(r#"batch_norm = "moving""#), ..Self::rows() }
     }
 
-    fn features() -> Self {
-        let baselines =
-            vec![r#""majority""#, r#""k-nn""#, r#""svm-linear""#, r#""svm-rbf""#, r#""extra-trees""#];
-        Self {
-            encoding: vec![],
-            networks: vec!["deep-mlp"],
-            baselines,
-            epochs: 80,
-            settings: adamw(POPULATION),
-        }
+    fn features(task: &Task) -> Self {
+        let baselines = vec![r#""majority""#, r#""k-nn""#, r#""svm-linear""#, r#""svm-rbf""#, TREES];
+        let family = if matches!(task, Task::Values(_)) { Self::of_values() } else { Self::rows() };
+        Self { baselines, ..family }
+    }
+
+    /// Returns the networks and the recipe of rows of numbers.
+    fn rows() -> Self {
+        let settings = adamw(POPULATION);
+        let (networks, baselines) = (vec!["deep-mlp"], vec![]);
+        Self { encoding: vec![], networks, baselines, averaged: vec![], epochs: 80, settings }
+    }
+
+    /// Returns the networks and the recipe of values of such rows.
+    fn of_values() -> Self {
+        let averaged = vec![OF_VALUES[0], "extra-trees"];
+        Self { networks: OF_VALUES.to_vec(), averaged, epochs: 60, ..Self::rows() }
     }
 
     fn images([rows, columns]: [usize; 2]) -> Self {
@@ -146,7 +158,7 @@ impl Family {
         let encoding = vec![format!("image = {{ kind = \"raw\", {resize}scale = \"z-score\" }}")];
         let networks = vec!["resnet8-lite-2d", "vgg6-lite-2d"];
         let baselines = vec![r#""majority""#, r#""k-nn""#];
-        Self { encoding, networks, baselines, epochs: 60, settings: SGDM.to_vec() }
+        Self { encoding, networks, baselines, epochs: 60, settings: SGDM.to_vec(), ..Self::rows() }
     }
 
     fn sequences() -> Self {
@@ -157,7 +169,7 @@ impl Family {
         ];
         let networks = vec!["resnet8-lite-2d", "tactnet3d-4-8"];
         let baselines = vec![r#""majority""#, r#""k-nn""#, r#""mini-rocket""#];
-        Self { encoding, networks, baselines, epochs: 50, settings: SGDM.to_vec() }
+        Self { encoding, networks, baselines, epochs: 50, settings: SGDM.to_vec(), ..Self::rows() }
     }
 
     fn numatac() -> Self {
@@ -169,6 +181,6 @@ impl Family {
             r#"schedule = { kind = "cosine" }"#,
             r#"batch_norm = "moving""#,
         ];
-        Self { encoding, networks: vec!["multiscale-cnn"], baselines, epochs: 60, settings }
+        Self { encoding, networks: vec!["multiscale-cnn"], baselines, epochs: 60, settings, ..Self::rows() }
     }
 }

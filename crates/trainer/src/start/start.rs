@@ -90,8 +90,10 @@ impl Start {
         let takes =
             self.minutes.map_or(String::new(), |minutes| format!(", about {minutes:.0} min on this machine"));
         let faults = if self.is_hardened { ", each also fault-augmented" } else { "" };
+        let averaged = self.family.averaged.join(" and ");
+        let average = if averaged.is_empty() { averaged } else { format!(", the mean of {averaged}") };
         format!(
-            "{}: {} and {} baselines{faults}; {} epochs, {} folds{takes}",
+            "{}: {} and {} baselines{average}{faults}; {} epochs, {} folds{takes}",
             self.name,
             self.family.networks.join(", "),
             self.family.baselines.len(),
@@ -102,7 +104,7 @@ impl Start {
 
     /// Writes the config, with a comment for each choice. Reading it gives the experiment.
     pub fn to_toml(&self) -> String {
-        let Family { encoding, networks, baselines, .. } = &self.family;
+        let Family { encoding, networks, baselines, averaged, .. } = &self.family;
         let takes = self.minutes.map(|minutes| format!("Takes about {minutes:.0} min where it was written."));
         let comments = self.facts.iter().cloned().chain(takes).map(|line| format!("# {line}\n"));
         let mut text: String = comments.collect();
@@ -118,6 +120,12 @@ impl Start {
         }
         for network in networks {
             text += &format!("\n[[networks]]\nname = {network:?}\n");
+        }
+        if !averaged.is_empty() {
+            let about = "they err in different ways";
+            text +=
+                &format!("\n[[averages]]                             # {about}\nlabel = \"mlp-and-trees\"\n");
+            text += &format!("of = {averaged:?}\n");
         }
         text
     }
