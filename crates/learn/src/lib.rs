@@ -49,7 +49,7 @@ mod training;
 
 pub use encoding::{Compiled, Converter, Encoder, Encoding, Reduction, Transform, fitted_guard, mended};
 pub use error::{Error, Result};
-pub use estimator::candidate::{Candidate, Hardening, Published, Twin, clean, file_name};
+pub use estimator::candidate::{Candidate, Hardening, Published, Twin, augmented, clean, file_name};
 pub use estimator::estimator::Estimator;
 pub use estimator::fit::{Fit, fit};
 pub use estimator::one_fold::{OneFold, Tested, inner_folds};

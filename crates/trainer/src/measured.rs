@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use taxel_data::{Dataset, Fold};
-use taxel_learn::{RowWork, RunOptions, Silent, Work};
+use taxel_learn::{RowWork, RunOptions, Silent, Work, clean};
 use taxel_zoo::Registry;
 
 use crate::error::Result;
@@ -47,9 +47,23 @@ impl Estimate {
     fn seconds(&self, work: &Work) -> f64 {
         self.begin * work.samples as f64 + self.epoch * work.seen as f64
     }
+
+    /// Returns the time of the average of these members, which trains each of them again.
+    fn of_average(name: &str, members: &[&Estimate]) -> Self {
+        let networks: Vec<f64> =
+            members.iter().filter(|own| own.is_network).map(|network| network.epoch).collect();
+        Estimate {
+            name: name.into(),
+            is_network: !networks.is_empty(),
+            begin: members.iter().map(|own| own.begin).sum(),
+            // The samples that it sees are those of all its networks.
+            epoch: networks.iter().sum::<f64>() / networks.len().max(1) as f64,
+        }
+    }
 }
 
-/// Measures a few epochs of each network, and each baseline, on up to 256 samples. What cannot be fitted to them is left out.
+/// Measures a few epochs of each network, and each baseline, on up to 256 samples. What cannot be fitted to them is left out. Names of
+/// fault-augmented networks are those of `[harden]`, and an average takes what its members take.
 pub(crate) fn measured(
     experiment: &Experiment,
     (registry, dataset): (&Registry, &Dataset),
@@ -69,10 +83,18 @@ pub(crate) fn measured(
         let fitted = runner.fit(name, &options, None, &Silent, cancel).ok().flatten();
         Ok(fitted.map(|_| begun.elapsed().as_secs_f64() / rows.len().max(1) as f64))
     };
-    let mut estimates = vec![];
+    let averages = &experiment.config().averages;
+    let mut estimates: Vec<Estimate> = vec![];
     for name in names {
+        if let Some(average) = averages.iter().find(|average| average.label == *name) {
+            let find = |member: &String| estimates.iter().find(|estimate| estimate.name == *member);
+            if let Some(members) = average.of.iter().map(find).collect::<Option<Vec<_>>>() {
+                estimates.push(Estimate::of_average(name, &members));
+            }
+            continue;
+        }
         let Some(begin) = timed(name, 1)? else { continue };
-        let is_network = experiment.network(name).is_some();
+        let is_network = experiment.network(clean(name)).is_some();
         let more = if is_network { timed(name, 1 + MORE_EPOCHS)?.unwrap_or(begin) - begin } else { 0.0 };
         let epoch = more.max(0.0) / MORE_EPOCHS as f64;
         estimates.push(Estimate { name: name.clone(), is_network, begin, epoch });

@@ -138,7 +138,7 @@ impl Candidate {
                 faults.without.push(fault);
                 format!("{}.without-{fault}", self.name)
             }
-            None => format!("{}{HARDENED}", self.name),
+            None => augmented(&self.name),
         };
         Candidate {
             name,
@@ -210,6 +210,11 @@ impl Candidate {
 /// Returns the name that [`Candidate::hardened`] made `<name>.hardened` of; any other name stands for itself.
 pub fn clean(name: &str) -> &str {
     name.strip_suffix(HARDENED).unwrap_or(name)
+}
+
+/// Returns the name of the fault-augmented twin of a row that is trained clean.
+pub fn augmented(name: &str) -> String {
+    format!("{name}{HARDENED}")
 }
 
 /// Checks that a name is safe as part of a file name: 1 to 100 letters, digits, `.`, `_` or `-`, not starting with a

@@ -4,25 +4,25 @@ use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use taxel_data::Dataset;
-use taxel_learn::Recipe;
+use taxel_learn::{Recipe, augmented, clean};
 use taxel_zoo::Registry;
 
 use crate::error::Result;
 use crate::experiment::{Experiment, Overrides};
 use crate::measured::{Estimate, measured};
+use crate::start::families::AVERAGE;
 use crate::start::start::Start;
 
 /// Fewest epochs of a recipe that is shortened.
 const LEAST_EPOCHS: usize = 20;
-/// How much longer a training under faults takes, whose samples are encoded anew in every epoch.
-const UNDER_FAULTS: f64 = 1.3;
 /// Copies of the training part that a baseline sees under faults, with the clean one.
 const COPIES: f64 = 5.0;
 /// Share of the budget that the estimate may take: what it leaves out are tests, tables and files.
 const SHARE: f64 = 0.8;
 
 impl Start {
-    /// Measures a few epochs of each network, and each baseline, on up to 256 samples.
+    /// Measures a few epochs of each network, clean and under faults, where samples are encoded anew in every epoch, and each baseline, on
+    /// up to 256 samples.
     ///
     /// # Errors
     /// Samples that the experiment cannot learn from.
@@ -32,12 +32,13 @@ impl Start {
         registry: &Registry,
         cancel: &AtomicBool,
     ) -> Result<Vec<Estimate>> {
-        let clean = Start { is_hardened: false, ..self.clone() };
-        let experiment = Experiment::parse(&clean.to_toml(), &self.file(), &Overrides::default(), registry)?;
+        let experiment = Experiment::parse(&self.to_toml(), &self.file(), &Overrides::default(), registry)?;
         let config = experiment.config();
         let networks = config.networks.iter().map(|network| network.label.clone());
         let baselines = config.methods().into_iter().map(|method| method.name().to_string());
-        let names: Vec<String> = networks.chain(baselines).collect();
+        let averages = config.averages.iter().map(|average| average.label.clone());
+        let twins = config.networks.iter().map(|network| augmented(&network.label));
+        let names: Vec<String> = networks.chain(baselines).chain(averages).chain(twins).collect();
         measured(&experiment, (registry, dataset), &names, cancel)
     }
 
@@ -82,18 +83,17 @@ impl Start {
     /// Estimates the seconds of the whole experiment.
     fn seconds(&self, estimates: &[Estimate], threads: usize) -> f64 {
         let epochs = self.epochs();
-        // An average trains its members again.
-        let times = |name: &str| if self.family.averaged.contains(&name) { 2.0 } else { 1.0 };
         let of = |estimate: &Estimate| {
-            let samples = self.trained as f64 * self.folds as f64 * times(&estimate.name);
-            let harder = if self.is_hardened { 1.0 } else { 0.0 };
-            if !estimate.is_network {
-                return estimate.begin * samples * (1.0 + harder * COPIES);
+            let is_tried = self.family.networks.iter().any(|name| *name == clean(&estimate.name));
+            let is_augmented = clean(&estimate.name) != estimate.name;
+            if estimate.is_network && !is_tried && estimate.name != AVERAGE
+                || is_augmented && !self.is_hardened
+            {
+                return 0.0;
             }
-            let is_tried = self.family.networks.iter().any(|name| *name == estimate.name);
-            let each = estimate.begin * (1.0 + harder)
-                + estimate.epoch * epochs as f64 * (1.0 + harder * UNDER_FAULTS);
-            if is_tried { samples * each } else { 0.0 }
+            let copies = if estimate.is_network || !self.is_hardened { 0.0 } else { COPIES };
+            let each = estimate.begin * (1.0 + copies) + estimate.epoch * epochs as f64;
+            each * self.trained as f64 * self.folds as f64
         };
         estimates.iter().map(of).sum::<f64>() / threads.max(1) as f64
     }
@@ -136,7 +136,9 @@ mod tests {
     fn what_does_not_fit_is_left_out_in_order() {
         let networks = ["dilated-resnet-rocket-1d", "resnet8-lite-1d", "dilated-resnet-1d"];
         let of = |name: &str, epoch| Estimate { name: name.into(), is_network: true, begin: 0.0, epoch };
-        let estimates = networks.map(|name| of(name, 1e-4));
+        let twins = networks.map(augmented);
+        let twins = twins.iter().map(|name| of(name, 1.3e-4));
+        let estimates: Vec<Estimate> = networks.map(|name| of(name, 1e-4)).into_iter().chain(twins).collect();
         // 4800 samples, 5 folds and 80 epochs: 442 s for each network and its twin.
         let fitted = |seconds: u64| {
             let start = start().within(Duration::from_secs(seconds), &estimates, 1);

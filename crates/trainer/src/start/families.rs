@@ -53,6 +53,8 @@ const ROCKET_WINDOWS: usize = 8000;
 const TREE_READINGS: usize = 8_000_000;
 /// Networks of values: the best of the committed pages, then a wider one.
 const OF_VALUES: [&str; 2] = ["layer-norm-mlp", "deep-mlp"];
+/// The row of their mean with trees.
+pub(super) const AVERAGE: &str = "mlp-and-trees";
 const TREES: &str = r#""extra-trees""#;
 /// Time steps of the two fingers of Zhang et al. 2022, one pressure and 22 vibrations each.
 const NUMATAC_STEPS: usize = 300;

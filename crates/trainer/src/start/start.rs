@@ -7,7 +7,7 @@ use taxel_data::{Dataset, ReadOptions, Task};
 
 use crate::data::settings;
 use crate::experiment::name_of;
-use crate::start::families::Family;
+use crate::start::families::{AVERAGE, Family};
 
 /// Folds where there are enough groups, or enough samples of each class.
 const FOLDS: usize = 5;
@@ -123,8 +123,7 @@ impl Start {
         }
         if !averaged.is_empty() {
             let about = "they err in different ways";
-            text +=
-                &format!("\n[[averages]]                             # {about}\nlabel = \"mlp-and-trees\"\n");
+            text += &format!("\n[[averages]]                             # {about}\nlabel = {AVERAGE:?}\n");
             text += &format!("of = {averaged:?}\n");
         }
         text
