@@ -120,3 +120,21 @@ fn values_get_baselines_and_a_network_of_values() {
         says(at, 0, &["run", "force.toml", "--set", "train.epochs=2", "--set", "train.least_steps=1"]);
     assert!(table.contains("MAE N") && table.contains("mlp-and-trees"), "{table}");
 }
+
+#[test]
+fn values_of_the_data_table_are_heard_before_the_choice() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    recordings(Layout::Series, &[12, 10]).save(&at.join("skin.npz")).unwrap();
+    let chosen = |more: &[&str]| {
+        let words = [&["run", "skin.npz", "--budget", "20s", "--print-config"], more].concat();
+        says(at, 0, &words)
+    };
+    assert!(chosen(&[]).contains("quantile-code"));
+    let image = chosen(&["--set", "data.layout=image"]);
+    assert!(image.contains("resnet8-lite-2d") && image.contains("layout = \"image\""), "{image}");
+    let channels = chosen(&["--set", "data.channels=[0, 1]", "-v"]);
+    assert!(channels.contains("channels = [0, 1]"), "{channels}");
+    let error = says(at, 2, &["run", "skin.npz", "--set", "data.chanels=[0]"]);
+    assert!(error.contains("chanels") && error.contains("channels"), "{error}");
+}

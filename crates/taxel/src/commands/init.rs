@@ -47,7 +47,7 @@ impl Init {
     pub fn run(self) -> CommandResult {
         let cancel = flag(GRACE)?;
         let threads = self.threads.count()?;
-        let start = self.budget.start(&self.data, &self.read_options, threads, &cancel);
+        let start = self.budget.start(&self.data, &self.read_options, &[], threads, &cancel);
         let start = start.map_err(|error| with_option_hint(error, None))?;
         let output = self.output.unwrap_or_else(|| start.file().into());
         let refuse = |why: String| format!("{}: {why}", output.display());

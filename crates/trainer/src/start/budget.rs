@@ -42,10 +42,19 @@ impl Start {
         measured(&experiment, (registry, dataset), &names, cancel)
     }
 
-    /// Leaves out what does not fit `budget` on `threads` threads: epochs down to half, then the last networks, and of one network
-    /// epochs down to 20, then training under faults.
-    pub fn within(self, budget: Duration, estimates: &[Estimate], threads: usize) -> Self {
+    /// Leaves out what does not fit `budget` on `threads` threads: baselines that take more than half of it by themselves, epochs down to
+    /// half, then the last networks, and of one network epochs down to 20, then training under faults.
+    pub fn within(mut self, budget: Duration, estimates: &[Estimate], threads: usize) -> Self {
         let most = SHARE * budget.as_secs_f64();
+        let takes_most = |estimate: &&Estimate| {
+            !estimate.is_network && self.takes(estimate) / threads.max(1) as f64 > most / 2.0
+        };
+        let slow: Vec<&Estimate> = estimates.iter().filter(takes_most).collect();
+        let is_slow = |name: &str| slow.iter().any(|estimate| name.trim_matches('"') == estimate.name);
+        self.family.baselines.retain(|name| !is_slow(name));
+        if self.family.averaged.iter().any(|name| is_slow(name)) {
+            self.family.averaged.clear();
+        }
         let mut smallest = self.clone();
         for candidate in self.smaller() {
             let seconds = candidate.seconds(estimates, threads);
@@ -82,20 +91,22 @@ impl Start {
 
     /// Estimates the seconds of the whole experiment.
     fn seconds(&self, estimates: &[Estimate], threads: usize) -> f64 {
-        let epochs = self.epochs();
-        let of = |estimate: &Estimate| {
-            let is_tried = self.family.networks.iter().any(|name| *name == clean(&estimate.name));
-            let is_augmented = clean(&estimate.name) != estimate.name;
-            if estimate.is_network && !is_tried && estimate.name != AVERAGE
-                || is_augmented && !self.is_hardened
-            {
-                return 0.0;
-            }
-            let copies = if estimate.is_network || !self.is_hardened { 0.0 } else { COPIES };
-            let each = estimate.begin * (1.0 + copies) + estimate.epoch * epochs as f64;
-            each * self.trained as f64 * self.folds as f64
-        };
-        estimates.iter().map(of).sum::<f64>() / threads.max(1) as f64
+        estimates.iter().map(|estimate| self.takes(estimate)).sum::<f64>() / threads.max(1) as f64
+    }
+
+    /// Estimates the seconds that one method takes on one thread, 0 if it is left out.
+    fn takes(&self, estimate: &Estimate) -> f64 {
+        let (name, family) = (clean(&estimate.name), &self.family);
+        let baselines = family.baselines.iter().map(|name| name.trim_matches('"'));
+        let is_tried = family.networks.iter().copied().chain(baselines).any(|tried| tried == name)
+            || name == AVERAGE && !family.averaged.is_empty();
+        let is_augmented = name != estimate.name;
+        if !is_tried || is_augmented && !self.is_hardened {
+            return 0.0;
+        }
+        let copies = if estimate.is_network || !self.is_hardened { 0.0 } else { COPIES };
+        let each = estimate.begin * (1.0 + copies) + estimate.epoch * self.epochs() as f64;
+        each * self.trained as f64 * self.folds as f64
     }
 
     /// Returns the epochs of a fold, of which few samples get more.
@@ -150,6 +161,12 @@ mod tests {
         assert_eq!(fitted(300), (1, 40, true));
         assert_eq!(fitted(150), (1, 20, true));
         assert_eq!(fitted(61), (1, 20, false));
+        let slow = Estimate { name: "k-nn".into(), is_network: false, begin: 5e-3, epoch: 0.0 };
+        // 4800 samples, 5 folds and as many copies: 720 s.
+        let with_slow = [&estimates[..], &[slow]].concat();
+        let baselines =
+            |seconds: u64| start().within(Duration::from_secs(seconds), &with_slow, 1).family.baselines.len();
+        assert_eq!((baselines(1900), baselines(1700)), (3, 2), "a baseline that takes more than half");
         let faster = start().within(Duration::from_secs(1000), &estimates, 2);
         assert_eq!((faster.family.networks.len(), faster.family.epochs), (3, 80), "two threads");
         assert!(faster.minutes.unwrap() <= 0.8 * 1000.0 / 60.0);

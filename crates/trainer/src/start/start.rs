@@ -4,9 +4,11 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use taxel_data::{Dataset, ReadOptions, Task};
+use taxel_zoo::Registry;
 
 use crate::data::settings;
-use crate::experiment::name_of;
+use crate::error::Result;
+use crate::experiment::{Experiment, Overrides, name_of};
 use crate::start::families::{AVERAGE, Family};
 
 /// Folds where there are enough groups, or enough samples of each class.
@@ -78,6 +80,20 @@ impl Start {
             trained: dataset.len() - tested.min(dataset.len()),
             minutes: None,
         }
+    }
+
+    /// Returns the recordings at `path` as a config would read them that has the values `set`, such as `data.layout="image"`. Values of
+    /// other tables say nothing of them.
+    ///
+    /// # Errors
+    /// Recordings that cannot be read, a value that is refused.
+    pub fn read(path: &Path, options: &ReadOptions, set: &[String], registry: &Registry) -> Result<Dataset> {
+        let path = toml::Value::String(path.display().to_string());
+        let text = format!("name = \"recordings\"\nbaselines = [\"majority\"]\n[data]\npath = {path}\n");
+        let of_data = set.iter().filter(|value| value.trim_start().starts_with("data."));
+        let set = settings(options).into_iter().chain(of_data.cloned()).collect();
+        let overrides = Overrides { set, ..Overrides::default() };
+        Experiment::parse(&text, "recordings.toml", &overrides, registry)?.dataset()
     }
 
     /// Returns the name of the experiment, which is that of the recordings.

@@ -45,7 +45,8 @@ impl Budget {
         }
     }
 
-    /// Chooses the experiment of the recordings at `path`, and says what it is. Each method is tried for a moment on a few of them.
+    /// Chooses the experiment of the recordings at `path`, of a config with the values `set`, and says what it is. Each method is tried for a
+    /// moment on a few of them.
     ///
     /// # Errors
     /// Recordings that cannot be read or learned from.
@@ -53,14 +54,20 @@ impl Budget {
         &self,
         path: &Path,
         options: &ReadOptions,
+        set: &[String],
         threads: usize,
         cancel: &AtomicBool,
     ) -> experiment::Result<Start> {
-        let dataset = taxel::load(path, options)?;
-        dataset.refuse_one_class()?;
+        let registry = Registry::built_in();
         let absolute = std::path::absolute(path).unwrap_or_else(|_| path.into());
+        let dataset = if set.iter().any(|value| value.trim_start().starts_with("data.")) {
+            Start::read(&absolute, options, set, &registry)?
+        } else {
+            taxel::load(path, options)?
+        };
+        dataset.refuse_one_class()?;
         let whole = Start::new(&dataset, &absolute, options);
-        let estimates = whole.measured(&dataset, &Registry::built_in(), cancel)?;
+        let estimates = whole.measured(&dataset, &registry, cancel)?;
         for estimate in &estimates {
             let (begin, epoch) = (1e3 * estimate.begin, 1e3 * estimate.epoch);
             detail(format!("{}: {begin:.3} ms for a sample, and {epoch:.3} ms in an epoch", estimate.name));

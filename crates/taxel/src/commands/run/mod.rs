@@ -190,7 +190,7 @@ impl RunExperiments {
                 return Experiment::load(&begun, &Overrides { set, ..overrides }, registry);
             }
         }
-        let start = self.budget.start(path, &self.read_options, threads, cancel)?;
+        let start = self.budget.start(path, &self.read_options, &self.set, threads, cancel)?;
         Experiment::parse(&start.to_toml(), &start.file(), &overrides, registry)
     }
 
