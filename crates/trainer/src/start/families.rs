@@ -47,8 +47,15 @@ const POPULATION: &str = r#"batch_norm = "population""#;
 const LARGEST_SIDE: usize = 64;
 /// Least time steps from which MiniRocket makes features.
 const ROCKET_STEPS: usize = 9;
-/// Most windows for the ridge of MiniRocket on values, which takes gigabytes beyond.
-const ROCKET_WINDOWS: usize = 8000;
+/// Most samples for the ridge of MiniRocket, copies under faults among them: it takes gigabytes beyond.
+const ROCKET_SAMPLES: usize = 8000;
+/// Copies of the training part that a baseline sees under faults, with the clean one.
+pub(super) const COPIES: usize = 5;
+pub(super) const ROCKET: &str = "mini-rocket";
+/// The same as TOML.
+pub(super) const ROCKET_ROW: &str = r#""mini-rocket""#;
+/// Baselines that have a row under faults too.
+const AUGMENTED: [&str; 4] = [ROCKET, "svm-linear", "svm-rbf", "extra-trees"];
 /// Most readings of all samples together for trees on images, which take minutes beyond.
 const TREE_READINGS: usize = 8_000_000;
 /// Networks of values: the best of the committed pages, then a wider one.
@@ -70,6 +77,14 @@ impl Family {
     /// Writes the lines of `[train]`.
     pub(super) fn recipe(&self) -> String {
         format!("epochs = {}\n{}\n", self.epochs, self.settings.join("\n"))
+    }
+
+    /// Lists the rows that are trained under faults too, of `trained` samples.
+    pub(super) fn augmented(&self, trained: usize) -> Vec<&str> {
+        let too_many = COPIES * trained > ROCKET_SAMPLES;
+        let baselines = self.baselines.iter().map(|name| name.trim_matches('"'));
+        let augmented = baselines.filter(|name| AUGMENTED.contains(name) && !(*name == ROCKET && too_many));
+        self.networks.iter().copied().chain(augmented).collect()
     }
 
     /// Returns what is tried on samples of `layout` with axes `shape`.
@@ -103,8 +118,8 @@ impl Family {
     fn series(steps: usize, task: &Task, samples: usize) -> Self {
         let is_of_values = matches!(task, Task::Values(_));
         let mut baselines = vec![r#""majority""#, r#""k-nn""#];
-        if steps >= ROCKET_STEPS && !(is_of_values && samples > ROCKET_WINDOWS) {
-            baselines.push(r#""mini-rocket""#);
+        if steps >= ROCKET_STEPS && !(is_of_values && samples > ROCKET_SAMPLES) {
+            baselines.push(ROCKET_ROW);
         }
         if is_of_values {
             let lags: Vec<String> = LAGS.iter().filter(|lag| **lag < steps).map(usize::to_string).collect();
@@ -170,13 +185,13 @@ impl Family {
                 .into(),
         ];
         let networks = vec!["resnet8-lite-2d", "tactnet3d-4-8"];
-        let baselines = vec![r#""majority""#, r#""k-nn""#, r#""mini-rocket""#];
+        let baselines = vec![r#""majority""#, r#""k-nn""#, ROCKET_ROW];
         Self { encoding, networks, baselines, epochs: 50, settings: SGDM.to_vec(), ..Self::rows() }
     }
 
     fn numatac() -> Self {
         let encoding = vec![r#"image = { kind = "numatac" }"#.into()];
-        let baselines = vec![r#""majority""#, r#""mini-rocket""#];
+        let baselines = vec![r#""majority""#, ROCKET_ROW];
         let settings = vec![
             "batch_size = 32",
             r#"optimizer = { name = "adam", lr = 1e-3 }"#,

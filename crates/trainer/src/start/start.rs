@@ -9,7 +9,7 @@ use taxel_zoo::Registry;
 use crate::data::settings;
 use crate::error::Result;
 use crate::experiment::{Experiment, Overrides, name_of};
-use crate::start::families::{AVERAGE, Family};
+use crate::start::families::{AVERAGE, Family, ROCKET, ROCKET_ROW};
 
 /// Folds where there are enough groups, or enough samples of each class.
 const FOLDS: usize = 5;
@@ -133,6 +133,11 @@ impl Start {
         text += &format!("\n[train]\n{}", self.family.recipe());
         if self.is_hardened {
             text += "\n[harden]                                # each row once more, fault-augmented\n";
+            let augmented = self.family.augmented(self.trained);
+            if baselines.contains(&ROCKET_ROW) && !augmented.contains(&ROCKET) {
+                let about = "mini-rocket's ridge takes gigabytes on so many copies";
+                text += &format!("only = {augmented:?}   # {about}\n");
+            }
         }
         for network in networks {
             text += &format!("\n[[networks]]\nname = {network:?}\n");
