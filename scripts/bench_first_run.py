@@ -41,16 +41,16 @@ def best_of_pages(pages, metric):
     """Returns the best row of committed pages: its score and where it stands."""
     found = []
     for page in pages:
-        if metric == "rmse":
+        if metric == "mae":
             with (ROOT / "docs" / "benchmarks" / "values.csv").open(newline="") as file:
-                found += [(float(row["rmse"]), f"`{row['method'].removeprefix('taxel ')}`, [values](values.md)")
+                found += [(float(row["mae"]), f"`{row['method'].removeprefix('taxel ')}`, [values](values.md)")
                           for row in csv.DictReader(file) if row["set"] == page and row["method"].startswith("taxel ")]
         else:
             for row in re.findall(r"^\| `([^`]+)` \| [\d,]+ \| [\d,]+ \| ([\d.]+)", (RESULTS / f"{page}.md").read_text(), re.M):
                 found.append((float(row[1]), f"`{row[0]}`, [{page}](../results/{page}.md)"))
     if not found:
         return None
-    return min(found) if metric == "rmse" else max(found)
+    return min(found) if metric == "mae" else max(found)
 
 
 def first_run(key, name, words, folder):
@@ -61,7 +61,7 @@ def first_run(key, name, words, folder):
     subprocess.run(call, check=True)
     seconds = time.time() - start
     results = json.loads((folder / "results.json").read_text())
-    metric = "accuracy" if "accuracy" in results["networks"][0]["mean"] else "rmse"
+    metric = "accuracy" if "accuracy" in results["networks"][0]["mean"] else "mae"
     rows = sorted(results["networks"], key=lambda row: row["mean"][metric], reverse=metric == "accuracy")
     best = rows[0]
     machine = json.loads((folder / "environment.json").read_text())
@@ -89,8 +89,8 @@ def page(rows):
         if row is None:
             lines.append(f"| {name} | not run | | | | | |")
             continue
-        score, values = float(row["score"]), row["metric"] == "rmse"
-        digits, unit = (3, " RMSE") if values else (1, " %")
+        score, values = float(row["score"]), row["metric"] == "mae"
+        digits, unit = (3, " MAE") if values else (1, " %")
         known = best_of_pages(pages, row["metric"])
         other = f"{known[0]:.{digits}f}{unit}, {known[1]}" if known else "–"
         off = f"{score - known[0]:+.{digits}f}" if known else ""

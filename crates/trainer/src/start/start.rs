@@ -89,7 +89,9 @@ impl Start {
     /// Recordings that cannot be read, a value that is refused.
     pub fn read(path: &Path, options: &ReadOptions, set: &[String], registry: &Registry) -> Result<Dataset> {
         let path = toml::Value::String(path.display().to_string());
-        let text = format!("name = \"recordings\"\nbaselines = [\"majority\"]\n[data]\npath = {path}\n");
+        let text = format!(
+            "name = \"recordings\"\nbaselines = [\"majority\"]\nnetworks = []\n[data]\npath = {path}\n"
+        );
         let of_data = set.iter().filter(|value| value.trim_start().starts_with("data."));
         let set = settings(options).into_iter().chain(of_data.cloned()).collect();
         let overrides = Overrides { set, ..Overrides::default() };
