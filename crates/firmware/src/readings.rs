@@ -40,6 +40,15 @@ impl ReadingsGate {
         let ReadingsGate { channels, steps, by_step, has_time, floor, center, around, limit } = self;
         let tables = floats("readings_center", center) + &floats("readings_around", around);
         let by_channel = if *by_step == 1 { *steps } else { 1 };
+        let shared = if *has_time { 12 } else { 8 };
+        // Further numbers are those of single channels or features.
+        let (each_mean, features) = match (center.len() > shared, has_time) {
+            (false, _) => ("", ""),
+            (true, true) => ("        numbers[12u + i] = own.mean;\n", ""),
+            (true, false) => {
+                ("", "    for (i = 8u; i < @numbers@u; i++) {\n        numbers[i] = sample[i - 8u];\n    }\n")
+            }
+        };
         let (ends, each, set, across) = if *has_time {
             let ends =
                 "    float low_spread = 0.0f, high_spread = 0.0f, low_mean = 0.0f, high_mean = 0.0f;\n";
@@ -53,8 +62,8 @@ impl ReadingsGate {
         for (key, value) in [
             ("@across@", across.to_string()),
             ("@ends@", ends.into()),
-            ("@each_end@", each.into()),
-            ("@set@", set.into()),
+            ("@each_end@", format!("{each}{each_mean}")),
+            ("@set@", format!("{set}{features}")),
             ("@channel_count@", channels.to_string()),
             ("@steps_of_channel@", steps.to_string()),
             ("@distance_of_steps@", by_step.to_string()),

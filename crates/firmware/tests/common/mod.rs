@@ -282,7 +282,7 @@ pub fn gated() -> Answers {
 
 /// A gate of readings of samples with so many channels and steps, of awkward numbers.
 pub fn readings_gate([channels, steps]: [usize; 2], has_time: bool) -> ReadingsGate {
-    let size = if has_time { 12 } else { 8 };
+    let size = if has_time { 12 + channels } else { 8 };
     let center = (0..size).map(|k| 0.37 * k as f32 - 1.9).collect();
     let around = (0..size * (size + 1) / 2).map(|k| 0.61 + (k * 7 % 11) as f32 / 9.0).collect();
     ReadingsGate { channels, steps, by_step: 1, has_time, floor: 0.017, center, around, limit: 2.3 }

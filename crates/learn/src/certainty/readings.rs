@@ -21,7 +21,8 @@ const BEYOND: f64 = 1.5;
 /// The gate of readings: how far the summary of a sample is from those of known samples, and how far held-out samples were.
 ///
 /// Logits alone do not tell a dead sensor or noise from an object: a network may give them those of a class. The summary is the
-/// mean, the spread, the roughness over time and the ends of the readings, its distance that of Mahalanobis.
+/// mean, the spread, the roughness over time and the ends of the readings, and the means of single channels, its distance that of
+/// Mahalanobis.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Readings {
@@ -82,13 +83,13 @@ impl Readings {
         for part in parts {
             let others = numbers.iter().zip(&held.apart).filter(|(_, apart)| **apart != part);
             let others: Vec<&[f32]> = others.map(|(numbers, _)| &**numbers).collect();
-            let (center, around) = place(&others, range)?;
+            let (center, around) = place(&summary, &others, range)?;
             for (row, numbers) in numbers.iter().enumerate().filter(|(row, _)| held.apart[*row] == part) {
                 distances[row] = distance(&center, &around, numbers);
             }
         }
         let rows: Vec<&[f32]> = numbers.iter().map(|numbers| &**numbers).collect();
-        let (center, around) = place(&rows, range)?;
+        let (center, around) = place(&summary, &rows, range)?;
         let all = distances.iter().map(|distance| f64::from(*distance)).collect();
         let ranking = ranked(all, |farthest| (BEYOND * farthest) as f32);
         let gate = Readings { range, center, around, distances: ranking, together: vec![] };
@@ -180,8 +181,8 @@ fn lesser(logits: usize, readings: usize) -> usize {
     logits.min((5 * readings).div_ceil(2)).clamp(1, RANKS)
 }
 
-/// Finds where summaries lie: their mean, and the triangle that brings deviations to variance 1.
-fn place(rows: &[&[f32]], range: f32) -> Option<(Vec<f32>, Vec<f32>)> {
+/// Finds where summaries `rows` lie: their mean, and the triangle that brings deviations to variance 1.
+fn place(summary: &Summary, rows: &[&[f32]], range: f32) -> Option<(Vec<f32>, Vec<f32>)> {
     if rows.len() < LEAST.div_ceil(2) {
         return None;
     }
@@ -190,7 +191,12 @@ fn place(rows: &[&[f32]], range: f32) -> Option<(Vec<f32>, Vec<f32>)> {
         (0..size).map(|k| rows.iter().map(|row| f64::from(row[k])).sum::<f64>() / n).collect();
     let deviation = |k: usize| {
         let square = rows.iter().map(|row| (f64::from(row[k]) - mean[k]).powi(2)).sum::<f64>() / n;
-        let unit = if Summary::is_logarithm(k, size) { 1.0 } else { f64::from(range) };
+        let unit = match () {
+            () if summary.is_logarithm(k) => 1.0,
+            // Channels may have units of their own.
+            () if k >= summary.shared() && square > 0.0 => square.sqrt(),
+            () => f64::from(range),
+        };
         (square + (LEAST_DEVIATION * unit).powi(2)).sqrt()
     };
     let scale: Vec<f64> = (0..size).map(deviation).collect();

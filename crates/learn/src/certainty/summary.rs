@@ -36,13 +36,17 @@ impl Axes {
 
 /// Summarises samples of one layout: the mean, the spread, the roughness and the ends of their readings.
 ///
-/// Of samples with time there are twelve numbers: the mean, the logarithms of the spread of all readings, of the mean spread of a
+/// The mean of each channel follows, or each feature, of samples of at most 24: else swapped channels would pass unseen.
+///
+/// Of samples with time there are twelve numbers before these: the mean, the logarithms of the spread of all readings, of the mean spread of a
 /// channel, of its mean change from step to step and of the ratio of the two, the lowest and highest reading, the spread of the
 /// channels' means, and the ends of the channels' spreads and means. Of a still image there are eight, its rows and columns in
 /// place of channels and steps.
 #[derive(Debug, Clone)]
 pub(crate) struct Summary {
     axes: Axes,
+    /// Numbers that are those of a single channel or feature.
+    own: usize,
     /// One channel whose steps do not lie side by side.
     row: Vec<f32>,
     numbers: [f32; Summary::MOST],
@@ -62,25 +66,39 @@ struct Channel {
 
 impl Summary {
     /// Most numbers.
-    pub(crate) const MOST: usize = 12;
-    /// Numbers of a still image.
+    pub(crate) const MOST: usize = Self::TIME + Self::OWN;
+    /// Numbers of a sample with time, and of a still image, before those of single channels.
+    const TIME: usize = 12;
     const STILL: usize = 8;
+    /// Most channels that have a number of their own.
+    const OWN: usize = 24;
 
     /// Prepares for samples of this layout and shape.
     pub(crate) fn new(layout: Layout, shape: &[usize]) -> Self {
         let axes = Axes::new(layout, shape);
         let row = if axes.by_step == 1 { vec![] } else { vec![0.0; axes.steps] };
-        Summary { axes, row, numbers: [0.0; Self::MOST] }
+        let own = match layout {
+            Layout::Features => axes.steps,
+            _ if axes.has_time => axes.channels,
+            _ => 0,
+        };
+        let own = if own <= Self::OWN { own } else { 0 };
+        Summary { axes, own, row, numbers: [0.0; Self::MOST] }
     }
 
     /// Returns how many numbers there are.
     pub(crate) fn count(&self) -> usize {
-        if self.axes.has_time { Self::MOST } else { Self::STILL }
+        self.shared() + self.own
     }
 
-    /// Checks whether number `k` of `count` is a logarithm.
-    pub(crate) fn is_logarithm(k: usize, count: usize) -> bool {
-        if count == Self::STILL { (1..=5).contains(&k) } else { (1..=4).contains(&k) }
+    /// Returns how many numbers are of all channels together.
+    pub(crate) fn shared(&self) -> usize {
+        if self.axes.has_time { Self::TIME } else { Self::STILL }
+    }
+
+    /// Checks whether number `k` is a logarithm.
+    pub(crate) fn is_logarithm(&self, k: usize) -> bool {
+        if self.axes.has_time { (1..=4).contains(&k) } else { (1..=5).contains(&k) }
     }
 
     /// Returns what is added to deviations of readings of that range before their logarithm is taken.
@@ -98,6 +116,9 @@ impl Summary {
         let mut ends = [[f32::INFINITY, f32::NEG_INFINITY]; 3];
         for number in 0..self.axes.channels {
             let channel = self.channel(sample, number);
+            if self.axes.has_time && self.own > 0 {
+                self.numbers[Self::TIME + number] = channel.mean;
+            }
             // Around the first mean, so that the sum of squares keeps its digits far from zero.
             let off = channel.mean - first;
             means = [means[0] + off, means[1] + off * off];
@@ -119,7 +140,7 @@ impl Summary {
             let rough = log(change) - log(within);
             let [_, [least, most], [bottom, top]] = ends;
             let between = between.sqrt();
-            self.numbers = [
+            let time = [
                 mean,
                 log(spread),
                 log(within),
@@ -133,11 +154,13 @@ impl Summary {
                 bottom,
                 top,
             ];
+            self.numbers[..Self::TIME].copy_from_slice(&time);
         } else {
             let across = self.across(sample);
             let rough = log(change + across) - log(spread);
             let still = [mean, log(spread), log(change), log(across), rough, log(within), low, high];
             self.numbers[..Self::STILL].copy_from_slice(&still);
+            self.numbers[Self::STILL..][..self.own].copy_from_slice(&sample[..self.own]);
         }
         self.last()
     }
@@ -266,6 +289,9 @@ mod tests {
             1.0,
             2.0,
             6.0,
+            // Of each channel.
+            2.0,
+            6.0,
         ];
         near(summary.of(&sample, 10.0), &wanted);
         // The same readings as frames: the steps of a taxel lie apart.
@@ -282,6 +308,15 @@ mod tests {
         let spread = log(5f64.sqrt());
         let wanted = [3.0, spread, log(4.0), log(2.0), log(6.0) - spread, log(2.0), 0.0, 6.0];
         near(given, &wanted);
+    }
+
+    #[test]
+    fn numbers_of_a_row_hold_its_features() {
+        let mut summary = Summary::new(Layout::Features, &[3]);
+        let wanted = [7.0, -2.0, 5.0];
+        assert_eq!(summary.of(&wanted, 10.0)[8..], wanted);
+        let counts = [24, 25].map(|channels| Summary::new(Layout::Series, &[channels, 9]).count());
+        assert_eq!(counts, [36, 12], "more channels have no number each");
     }
 
     #[test]

@@ -87,7 +87,8 @@ impl ReadingsPlace {
         }
     }
 
-    /// Adds the numbers that summarise raw samples `[batch, ..]` and returns their names, each `[batch, 1]`.
+    /// Adds the numbers that summarise raw samples `[batch, ..]` and returns their names, each `[batch, 1]`, or
+    /// `[batch, channels]` for those of single channels.
     fn numbers(&self, sink: &mut Sink, x: &str) -> Vec<String> {
         let name = |part: &str| format!("{READINGS_DISTANCE}/{part}");
         let floor = sink.floats(&name("floor"), &[], &[self.floor]);
@@ -128,7 +129,9 @@ impl ReadingsPlace {
                 (&means, "ReduceMax"),
             ];
             let ends = ends.map(|(all, op)| to.over(op, all, 1, true));
-            [&[mean, spread, within, change, rough, low, high, between][..], &ends].concat()
+            // Further numbers are the means of single channels.
+            let own = if self.center.len() > 12 { vec![means] } else { vec![] };
+            [&[mean, spread, within, change, rough, low, high, between][..], &ends, &own].concat()
         } else {
             let across = if self.channels > 1 {
                 let differences = to.differences(&x, 1, self.channels);
@@ -142,7 +145,13 @@ impl ReadingsPlace {
             let both = to.log(&both);
             let rough = to.step("Sub", &[&both, &spread], "rough", vec![]);
             let [change, across, within] = [&change, &across, &within].map(|number| to.log(number));
-            vec![mean, spread, change, across, rough, within, low, high]
+            let mut numbers = vec![mean, spread, change, across, rough, within, low, high];
+            if self.center.len() > numbers.len() {
+                // A row of features.
+                let shape = to.sink.ints(&format!("{READINGS_DISTANCE}/row"), &[0, -1]);
+                numbers.push(to.step("Reshape", &[&x, &shape], "features", vec![]));
+            }
+            numbers
         }
     }
 

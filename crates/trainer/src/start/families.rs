@@ -79,7 +79,7 @@ impl Family {
         format!("epochs = {}\n{}\n", self.epochs, self.settings.join("\n"))
     }
 
-    /// Lists the rows that are trained under faults too, of `trained` samples.
+    /// Lists the rows that are fault-augmented too, of `trained` samples.
     pub(super) fn augmented(&self, trained: usize) -> Vec<&str> {
         let too_many = COPIES * trained > ROCKET_SAMPLES;
         let baselines = self.baselines.iter().map(|name| name.trim_matches('"'));
