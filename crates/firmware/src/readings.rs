@@ -41,12 +41,15 @@ impl ReadingsGate {
         let tables = floats("readings_center", center) + &floats("readings_around", around);
         let by_channel = if *by_step == 1 { *steps } else { 1 };
         let shared = if *has_time { 12 } else { 8 };
-        // Further numbers are those of single channels or features.
-        let (each_mean, features) = match (center.len() > shared, has_time) {
-            (false, _) => ("", ""),
-            (true, true) => ("        numbers[12u + i] = own.mean;\n", ""),
-            (true, false) => {
-                ("", "    for (i = 8u; i < @numbers@u; i++) {\n        numbers[i] = sample[i - 8u];\n    }\n")
+        // Further numbers are the means of single channels, or features.
+        let (each_mean, features) = match center.len() - shared {
+            0 => (String::new(), String::new()),
+            own if own == *channels => {
+                (format!("        numbers[{shared}u + i] = own.mean;\n"), String::new())
+            }
+            _ => {
+                let features = "    for (i = @shared@u; i < @numbers@u; i++) {\n        numbers[i] = sample[i - @shared@u];\n    }\n";
+                (String::new(), features.replace("@shared@", &shared.to_string()))
             }
         };
         let (ends, each, set, across) = if *has_time {

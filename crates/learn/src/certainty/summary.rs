@@ -116,8 +116,8 @@ impl Summary {
         let mut ends = [[f32::INFINITY, f32::NEG_INFINITY]; 3];
         for number in 0..self.axes.channels {
             let channel = self.channel(sample, number);
-            if self.axes.has_time && self.own > 0 {
-                self.numbers[Self::TIME + number] = channel.mean;
+            if self.own == self.axes.channels {
+                self.numbers[self.shared() + number] = channel.mean;
             }
             // Around the first mean, so that the sum of squares keeps its digits far from zero.
             let off = channel.mean - first;
@@ -160,7 +160,11 @@ impl Summary {
             let rough = log(change + across) - log(spread);
             let still = [mean, log(spread), log(change), log(across), rough, log(within), low, high];
             self.numbers[..Self::STILL].copy_from_slice(&still);
-            self.numbers[Self::STILL..][..self.own].copy_from_slice(&sample[..self.own]);
+        }
+        if self.own != self.axes.channels {
+            // A row of features, or nothing.
+            let shared = self.shared();
+            self.numbers[shared..][..self.own].copy_from_slice(&sample[..self.own]);
         }
         self.last()
     }
@@ -314,7 +318,7 @@ mod tests {
     fn numbers_of_a_row_hold_its_features() {
         let mut summary = Summary::new(Layout::Features, &[3]);
         let wanted = [7.0, -2.0, 5.0];
-        assert_eq!(summary.of(&wanted, 10.0)[8..], wanted);
+        assert_eq!(summary.of(&wanted, 10.0)[12..], wanted);
         let counts = [24, 25].map(|channels| Summary::new(Layout::Series, &[channels, 9]).count());
         assert_eq!(counts, [36, 12], "more channels have no number each");
     }

@@ -118,7 +118,7 @@ impl ReadingsPlace {
             let of_channels = to.over(op, &x, 2, false);
             to.over(op, &of_channels, 1, true)
         });
-        if self.has_time {
+        let mut numbers = if self.has_time {
             let (within, change) = (to.log(&within), to.log(&change));
             let rough = to.step("Sub", &[&change, &within], "rough", vec![]);
             let between = to.root(&between);
@@ -129,9 +129,7 @@ impl ReadingsPlace {
                 (&means, "ReduceMax"),
             ];
             let ends = ends.map(|(all, op)| to.over(op, all, 1, true));
-            // Further numbers are the means of single channels.
-            let own = if self.center.len() > 12 { vec![means] } else { vec![] };
-            [&[mean, spread, within, change, rough, low, high, between][..], &ends, &own].concat()
+            [&[mean, spread, within, change, rough, low, high, between][..], &ends].concat()
         } else {
             let across = if self.channels > 1 {
                 let differences = to.differences(&x, 1, self.channels);
@@ -145,14 +143,18 @@ impl ReadingsPlace {
             let both = to.log(&both);
             let rough = to.step("Sub", &[&both, &spread], "rough", vec![]);
             let [change, across, within] = [&change, &across, &within].map(|number| to.log(number));
-            let mut numbers = vec![mean, spread, change, across, rough, within, low, high];
-            if self.center.len() > numbers.len() {
-                // A row of features.
-                let shape = to.sink.ints(&format!("{READINGS_DISTANCE}/row"), &[0, -1]);
+            vec![mean, spread, change, across, rough, within, low, high]
+        };
+        // Further numbers are the means of single channels, or features.
+        match self.center.len() - numbers.len() {
+            0 => {}
+            own if own == self.channels => numbers.push(means),
+            _ => {
+                let shape = to.sink.ints(&name("row"), &[0, -1]);
                 numbers.push(to.step("Reshape", &[&x, &shape], "features", vec![]));
             }
-            numbers
         }
+        numbers
     }
 
     /// Adds the output of the distance of raw samples `[batch, ..]`; none where the name is taken.
