@@ -95,6 +95,8 @@ fn recordings_run_without_a_config_within_their_budget() {
     assert_eq!(fs::read(at.join("runs/skin/results.json")).unwrap(), results);
     let error = says(at, 2, &["run", "runs/skin/config.toml", "--budget", "1h"]);
     assert!(error.contains("--budget") && error.contains("config.toml says itself what is run"), "{error}");
+    let said = says(at, 0, &["run", "skin.npz", "--budget", "1ms", "--print-config"]);
+    assert!(said.contains("no choice of methods fits it"), "{said}");
     let error = says(at, 2, &["run", "skin.npz", "--data", "skin.npz"]);
     assert!(error.contains("keep one of them"), "{error}");
 }

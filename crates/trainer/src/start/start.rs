@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::path::Path;
+use std::time::Duration;
 
 use taxel_data::{Dataset, ReadOptions, Task};
 use taxel_zoo::Registry;
@@ -101,6 +102,11 @@ impl Start {
     /// Returns the name of the experiment, which is that of the recordings.
     pub fn name(&self) -> &str {
         &self.name
+    }
+
+    /// Checks whether it takes longer than that, as far as is known.
+    pub fn exceeds(&self, budget: Duration) -> bool {
+        self.minutes.is_some_and(|minutes| minutes * 60.0 > budget.as_secs_f64())
     }
 
     /// Says in a line what is tried, and how long it takes.

@@ -72,8 +72,12 @@ impl Budget {
             let (begin, epoch) = (1e3 * estimate.begin, 1e3 * estimate.epoch);
             detail(format!("{}: {begin:.3} ms for a sample, and {epoch:.3} ms in an epoch", estimate.name));
         }
-        let start = whole.within(self.budget.unwrap_or(USUAL), &estimates, threads);
+        let budget = self.budget.unwrap_or(USUAL);
+        let start = whole.within(budget, &estimates, threads);
         note(start.summary());
+        if start.exceeds(budget) {
+            note("--budget: no choice of methods fits it; this one takes the least");
+        }
         Ok(start)
     }
 }
