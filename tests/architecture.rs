@@ -170,6 +170,30 @@ fn the_page_draws_the_same_table() {
     }
 }
 
+/// Every function that a row of the page links is defined in the file of the link, in an `impl` of its type.
+#[test]
+fn the_page_names_functions_that_are_there() {
+    let page = std::fs::read_to_string(root().join("docs/architecture.md")).unwrap();
+    let table = page.split("| function | job |\n").nth(1).unwrap().split("\n\n").next().unwrap();
+    let mut count = 0;
+    for (names, rest) in table.split("[`").skip(1).map(|link| link.split_once("`](").unwrap()) {
+        let path = root().join("docs").join(rest.split_once(')').unwrap().0);
+        let text = std::fs::read_to_string(&path).unwrap();
+        let defined: BTreeSet<String> = functions(&text).into_iter().map(|(name, _)| name).collect();
+        let is_type = |name: &str| {
+            let heads = text.lines().filter(|line| line.starts_with("impl"));
+            heads.into_iter().any(|line| line.split(|c: char| !c.is_alphanumeric()).any(|word| word == name))
+        };
+        for name in names.split("`, `") {
+            let (of, function) = name.rsplit_once("::").unwrap_or(("", name));
+            let is_there = defined.contains(function) && (of.is_empty() || is_type(of));
+            assert!(is_there, "docs/architecture.md: no `{name}` in {}", path.display());
+            count += 1;
+        }
+    }
+    assert!(count > 25, "only {count} functions in the table of docs/architecture.md");
+}
+
 #[test]
 fn the_readme_maps_every_crate() {
     let page = std::fs::read_to_string(root().join("README.md")).unwrap();

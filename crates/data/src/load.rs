@@ -9,9 +9,10 @@ use crate::dataset::raw::Raw;
 use crate::formats::bag::path::{how_to_convert, is_bag};
 use crate::formats::ucr::ucr::{names_pair, without_partner};
 use crate::formats::{READERS, npy_file};
-use crate::layout::resting::tare;
+use crate::layout::resting::tare_by_readings;
 use crate::options::{ReadOptions, refuse_set};
 use crate::reader::{Place, Purpose};
+use crate::tare::Tare;
 use crate::{Error, Result};
 use ndarray::ArrayD;
 use std::io;
@@ -115,12 +116,17 @@ pub(crate) fn open(path: &Path, purpose: Purpose, options: &ReadOptions) -> Resu
     name_channels(&mut raw, options)?;
     // What a model takes off is said by the model.
     let stated = raw.facts.tare.take().filter(|_| purpose == Purpose::Learn && options.tare.is_none());
-    match stated {
-        Some(stated) => {
-            tare(&mut raw, &ReadOptions { tare: Some(stated.clone()), ..options.clone() })?;
-            raw.read_as.extend(raw.tared.iter().map(|tare| format!("{} tared by {tare}", raw.facts.file)));
+    match stated.as_ref().or(options.tare.as_ref()) {
+        None | Some(Tare::Off) => {}
+        Some(Tare::Recording { steps }) => tare_by_readings(&mut raw, *steps, options.layout)?,
+        Some(Tare::Array(_)) => {
+            let why = "names an array beside samples of a file of arrays, of which there are none; write recording:N for the \
+                       mean of the first N readings";
+            refuse_set(&raw.file, &[("tare", raw.tared.is_none())], why)?;
         }
-        None => tare(&mut raw, options)?,
+    }
+    if let Some(tare) = stated.and(raw.tared.as_ref()) {
+        raw.read_as.push(format!("{} tared by {tare}", raw.facts.file));
     }
     Ok(raw)
 }

@@ -211,12 +211,14 @@ fn read(path: &Path, options: &ReadOptions, rank: usize) -> Result<Read> {
     let values = raw.values.take().filter(|values| values.rows() == raw.target_rows());
     let values = values.filter(|_| options.event.is_none());
     let x = std::mem::take(&mut raw.x);
-    let all: Vec<usize> = (0..x.len()).collect();
     let time = likeliest_layout([options.layout, raw.facts.layout, raw.format], &raw.dtype, x.sample_shape())
         .time_axis();
-    let x = x.without_padding(time);
+    let mut x = x.without_padding(time);
     refuse_channels(&raw, &x, time, chosen.as_deref())?;
-    let x = x.select(&all, chosen.as_deref());
+    if let Some(channels) = &chosen {
+        let all: Vec<usize> = (0..x.len()).collect();
+        x = x.select(&all, Some(channels));
+    }
     Ok(Read { raw, x, time, truth, values })
 }
 

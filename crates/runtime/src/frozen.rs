@@ -1,6 +1,5 @@
 //! A network for prediction only, and the memory of one thread that runs it.
 
-use std::mem;
 use std::sync::Arc;
 
 use taxel_graph::{Graph, Weights, describe};
@@ -137,7 +136,7 @@ impl Frozen {
         self.check(workspace, inputs, 1)?;
         let Workspace { shared, samples, scratch } = workspace;
         for call in &shared.calls {
-            step(call, CallInputs { inputs, sample: 0, part: None }, &mut samples[0], scratch);
+            call.run(CallInputs { inputs, sample: 0, part: None }, &mut samples[0], scratch);
             let (buffer, place) = &call.to;
             see(&call.name, place, &samples[0][*buffer]);
         }
@@ -189,22 +188,17 @@ impl Frozen {
         Ok(())
     }
 
+    /// Refuses a workspace of another network, and inputs that are not those of `n` samples.
     fn check(&self, workspace: &Workspace, inputs: &[&[f32]], n: usize) -> Result<()> {
-        if Arc::ptr_eq(&self.shared, &workspace.shared) {
-            self.shared.check(inputs, n)
-        } else {
-            Err(Error::Workspace { model: self.shared.name.clone() })
+        let FrozenNetwork { name: model, inputs: expected, .. } = &*self.shared;
+        if !Arc::ptr_eq(&self.shared, &workspace.shared) {
+            return Err(Error::Workspace { model: model.clone() });
         }
-    }
-}
-
-impl FrozenNetwork {
-    fn check(&self, inputs: &[&[f32]], n: usize) -> Result<()> {
-        let refuse = |reason| Err(Error::Input { model: self.name.clone(), reason });
-        if inputs.len() != self.inputs.len() {
-            return refuse(format!("{} inputs given, {} expected", inputs.len(), self.inputs.len()));
+        let refuse = |reason| Err(Error::Input { model: model.clone(), reason });
+        if inputs.len() != expected.len() {
+            return refuse(format!("{} inputs given, {} expected", inputs.len(), expected.len()));
         }
-        for ((name, shape), x) in self.inputs.iter().zip(inputs) {
+        for ((name, shape), x) in expected.iter().zip(inputs) {
             if x.len() != n * shape.iter().product::<usize>() {
                 let (given, shape) = (x.len(), describe(shape));
                 let each = if n == 1 { String::new() } else { format!(" for each of {n} samples") };
@@ -224,7 +218,7 @@ impl Workspace {
                 for (sample, buffers) in samples[..count].iter_mut().enumerate() {
                     let given =
                         CallInputs { inputs, sample: first + sample, part: (count > 1).then_some(part) };
-                    step(call, given, buffers, scratch);
+                    call.run(given, buffers, scratch);
                 }
             }
         }
@@ -238,17 +232,4 @@ impl Workspace {
     pub fn outputs(&self) -> impl Iterator<Item = (&str, &[f32])> {
         self.shared.outputs.iter().map(|output| (output.name.as_str(), self.output(0, output)))
     }
-}
-
-/// Runs one call on the values of one sample.
-fn step(call: &Call, given: CallInputs, buffers: &mut [ProgramBuffer], scratch: &mut Scratch) {
-    let (to, _) = call.to;
-    // Nothing is written where it is read, so the output's buffer can be taken out.
-    let mut y = mem::take(&mut buffers[to]);
-    match call.from.as_slice() {
-        [] => call.run(given, &[], &mut y, scratch),
-        [(a, _)] => call.run(given, &[&buffers[*a]], &mut y, scratch),
-        [(a, _), (b, _), ..] => call.run(given, &[&buffers[*a], &buffers[*b]], &mut y, scratch),
-    }
-    buffers[to] = y;
 }

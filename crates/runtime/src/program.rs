@@ -1,5 +1,7 @@
 //! Steps with their places become calls of kernels.
 
+use std::mem;
+
 use taxel_graph::Activation;
 use taxel_kernels::frozen::bytes::ByteScale;
 use taxel_kernels::frozen::{self, ImagePlace, Pool, Route};
@@ -262,23 +264,22 @@ impl Call {
         }
     }
 
-    /// Runs the call: `values` are the inputs' buffers, `y` is the output's.
-    pub fn run(
-        &self,
-        given: CallInputs,
-        values: &[&ProgramBuffer],
-        y: &mut ProgramBuffer,
-        scratch: &mut Scratch,
-    ) {
-        if let CallKernel::Bytes(kernel) = &self.kernel {
-            return kernel.run(values, y);
+    /// Runs the call on the `buffers` of one sample.
+    pub fn run(&self, given: CallInputs, buffers: &mut [ProgramBuffer], scratch: &mut Scratch) {
+        // Nothing is written where it is read, so the output's buffer can be taken out.
+        let mut y = mem::take(&mut buffers[self.to.0]);
+        let unread = ProgramBuffer::default();
+        let mut values = [&unread; 2];
+        values.iter_mut().zip(&self.from).for_each(|(value, (buffer, _))| *value = &buffers[*buffer]);
+        let count = self.from.len().min(values.len());
+        match (&self.kernel, &mut y) {
+            (CallKernel::Bytes(kernel), y) => kernel.run(&values[..count], y),
+            (_, ProgramBuffer::Floats(y)) => {
+                self.run_floats(given, &values.map(ProgramBuffer::floats)[..count], y, scratch);
+            }
+            (_, ProgramBuffer::Bytes(_)) => unreachable!("calls of floats write to floats"),
         }
-        let ProgramBuffer::Floats(y) = y else { unreachable!("calls of floats write to floats") };
-        match values {
-            [] => self.run_floats(given, &[], y, scratch),
-            [a] => self.run_floats(given, &[a.floats()], y, scratch),
-            [a, b, ..] => self.run_floats(given, &[a.floats(), b.floats()], y, scratch),
-        }
+        buffers[self.to.0] = y;
     }
 
     fn run_floats(&self, given: CallInputs, values: &[&[f32]], y: &mut [f32], scratch: &mut Scratch) {

@@ -242,14 +242,9 @@ impl Header {
         Error::Dtype { at: at.into(), dtype: self.dtype.clone(), wanted }
     }
 
-    /// Reads samples, or one value for each, as f32 in C order: the second axis has their channels. The stream must end with
-    /// them.
-    pub(crate) fn read_f32(&self, reader: &mut dyn Read, at: &str, cap: Cap) -> Result<ArrayD<f32>> {
-        self.read_along(reader, at, cap, 1)
-    }
-
-    /// Reads the values as f32 in C order; channels are those of `axis`. The stream must end with the values.
-    pub(crate) fn read_along(
+    /// Reads the values as f32 in C order; channels are those of `axis`: 1 of samples, 0 of one sample. The stream must end
+    /// with the values.
+    pub(crate) fn read_f32(
         &self,
         reader: &mut dyn Read,
         at: &str,

@@ -32,7 +32,7 @@ impl Reader for NpyBatch {
     fn read(&self, place: &Place, options: &ReadOptions) -> Result<Raw> {
         let (file, mut reader, header) = open(place.path).map_err(|e| place.with_advice(e))?;
         sample_shape(&header, &file, &options.limits)?;
-        let x = header.read_f32(&mut reader, &file, Cap::of_samples(&options.limits))?;
+        let x = header.read_f32(&mut reader, &file, Cap::of_samples(&options.limits), 1)?;
         let name = name_of(place.path);
         let origins = (0..x.len_of(Axis(0))).map(|i| format!("{name}[{i}]")).collect();
         Ok(Raw { name, file, dtype: header.dtype, x: x.into(), origins, ..Raw::default() })
@@ -65,7 +65,7 @@ impl FileFormat for Npy {
 /// Reads one array.
 pub(crate) fn array(path: &Path) -> Result<ArrayD<f32>> {
     let (file, mut reader, header) = open(path)?;
-    header.read_f32(&mut reader, &file, Cap::of_samples(&Limits::default()))
+    header.read_f32(&mut reader, &file, Cap::of_samples(&Limits::default()), 1)
 }
 
 fn open(path: &Path) -> Result<(String, BufReader<File>, Header)> {

@@ -246,7 +246,7 @@ impl TargetArrays<'_> {
         for array in halves {
             let (shape, values) = archive.with(array, "y", |header, reader, at| {
                 let shape = self.row_of(&header.as_column(), at)?;
-                Ok((shape, header.read_f32(reader, at, cap)?))
+                Ok((shape, header.read_f32(reader, at, cap, 1)?))
             })?;
             if *shape_of_row.get_or_insert(shape) != shape {
                 return Err(parts_differ(archive, halves, array));

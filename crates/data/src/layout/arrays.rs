@@ -64,9 +64,12 @@ impl Reader for ArrayFile {
         let options = &with_facts(options, &facts);
         let roles = Roles::of(&archive.saved(), options, place.needs_labels(), |y| archive.entries(y))
             .map_err(|unclear| refuse(archive, unclear))?;
-        let ReadSamples { x, dtype, origins, official } =
+        let ReadSamples { mut x, dtype, origins, official } =
             read_samples(archive, &roles.x, facts.layout, options)?;
-        let (x, tared) = tare_by_array(x, facts.layout, &dtype, archive, options)?;
+        let tared = options.tare.clone().filter(|tare| tare.array().is_some());
+        if let Some(Tare::Array(rest)) = &tared {
+            x = tare_by_array(x, rest, facts.layout, &dtype, archive, options)?;
+        }
         let samples = x.len();
         let stored = roles.y.as_ref().map(|arrays| {
             let names = names.as_ref();
@@ -76,13 +79,9 @@ impl Reader for ArrayFile {
         let read_as = could_be_steps(&x, &dtype, &facts, &targets, options).into_iter().collect();
         let groups = read_groups(archive, &roles, options)?;
         let official = official.map_or_else(|| read_official(archive, options), |marks| Ok(Some(marks)))?;
-        let others = others(archive, &roles, options);
         let y_name = roles.y_name().unwrap_or_else(|| options.y());
         let ArrayTargets { labels, values, steps } = targets;
-        let steps = steps.map(|steps| StepTargets {
-            steps: vec![steps; x.len()],
-            change: format!("{y_name} holds a target for each time step"),
-        });
+        let change = format!("{y_name} holds a target for each time step");
         let raw = Raw {
             name: name_of(&path),
             file,
@@ -93,18 +92,21 @@ impl Reader for ArrayFile {
             columns: labels.columns,
             names: names.or(labels.names),
             values,
-            steps,
+            steps: steps.map(|steps| StepTargets { steps: vec![steps; samples], change }),
             tared,
             facts,
             groups,
             official,
             x,
             origins,
-            others,
+            others: others(archive, &roles, options),
             read_as,
             ..Raw::default()
         };
-        joined(raw, archive, options, place)
+        match Readings::of(archive, &raw, options, place)? {
+            Some(readings) => readings.joined(raw),
+            None => Ok(Raw { origins: origins_of_samples(&raw)?, ..raw }),
+        }
     }
 
     fn file_format(&self) -> Option<&dyn FileFormat> {
@@ -171,16 +173,6 @@ impl ArrayFile {
     }
 }
 
-/// Joins rows to recordings where they are readings, and names where each comes from.
-fn joined(raw: Raw, archive: &mut Archive, options: &ReadOptions, place: &Place) -> Result<Raw> {
-    let mut raw = match Readings::of(archive, &raw, options, place)? {
-        Some(readings) => readings.joined(raw)?,
-        None => raw,
-    };
-    raw.origins = given_origins(&raw)?;
-    Ok(raw)
-}
-
 /// Lists the arrays without a role.
 fn others(archive: &Archive, roles: &Roles, options: &ReadOptions) -> Vec<String> {
     let samples = match &roles.x {
@@ -209,18 +201,18 @@ fn with_facts(options: &ReadOptions, facts: &SampleFacts) -> ReadOptions {
     ReadOptions { group, test, ..options }
 }
 
-/// Returns the origins of samples that the file of names gives, or else the numbered ones. Of readings it gives none.
-fn given_origins(raw: &Raw) -> Result<Vec<String>> {
+/// Returns the origins of samples that the file of names gives, or else the numbered ones.
+fn origins_of_samples(raw: &Raw) -> Result<Vec<String>> {
     match &raw.facts.origins {
-        Some(given) if raw.recording.is_none() && given.len() != raw.origins.len() => Err(Error::Length {
+        Some(given) if given.len() != raw.origins.len() => Err(Error::Length {
             file: raw.file.clone(),
             array: format!("origins of {}", raw.facts.file),
             len: given.len(),
             x: "x".into(),
             samples: raw.origins.len(),
         }),
-        Some(given) if raw.recording.is_none() => Ok(given.clone()),
-        _ => Ok(raw.origins.clone()),
+        Some(given) => Ok(given.clone()),
+        None => Ok(raw.origins.clone()),
     }
 }
 
@@ -277,7 +269,7 @@ fn read_samples(
     let read_array = |archive: &mut Archive, name: &str| {
         archive.with(name, "x", |header, reader, at| {
             sample_shape(header, at, &options.limits)?;
-            let x = Ragged::from(header.read_f32(reader, at, Cap::of_samples(&options.limits))?);
+            let x = Ragged::from(header.read_f32(reader, at, Cap::of_samples(&options.limits), 1)?);
             Ok((x, header.dtype.clone()))
         })
     };

@@ -6,24 +6,14 @@ use crate::error::plural;
 use crate::formats::archive::Archive;
 use crate::formats::npy::Cap;
 use crate::length::ragged::Ragged;
-use crate::options::{ReadOptions, refuse_set};
+use crate::options::ReadOptions;
 use crate::tare::Tare;
 use crate::{Error, Result};
 use taxel_base::Layout;
 
-/// Takes the resting values off recordings that were read; those of an array have been taken off already.
-pub(crate) fn tare(raw: &mut Raw, options: &ReadOptions) -> Result<()> {
-    let steps = match &options.tare {
-        None | Some(Tare::Off) => return Ok(()),
-        Some(Tare::Array(_)) => {
-            let why = "names an array beside samples of a file of arrays, of which there are none; write recording:N for the \
-                       mean of the first N readings";
-            return refuse_set(&raw.file, &[("tare", raw.tared.is_none())], why);
-        }
-        Some(Tare::Recording { steps }) => *steps,
-    };
-    let layout =
-        likeliest_layout([options.layout, raw.facts.layout, raw.format], &raw.dtype, raw.x.sample_shape());
+/// Takes the mean of its first `steps` readings off each recording; `given` are the axes of a sample as the options say them.
+pub(crate) fn tare_by_readings(raw: &mut Raw, steps: usize, given: Option<Layout>) -> Result<()> {
+    let layout = likeliest_layout([given, raw.facts.layout, raw.format], &raw.dtype, raw.x.sample_shape());
     let Some(axis) = layout.time_axis() else {
         let why = "is the mean of the first readings of a recording, and these samples have no time; name an array of resting \
                    values with array:NAME, or the recording of each row with recording = \"...\"";
@@ -37,22 +27,22 @@ pub(crate) fn tare(raw: &mut Raw, options: &ReadOptions) -> Result<()> {
     }
     let levels = raw.x.first_means(axis, steps);
     raw.x = std::mem::take(&mut raw.x).less(&levels, Some(axis));
-    raw.tared = options.tare.clone();
+    raw.tared = Some(Tare::Recording { steps });
     Ok(())
 }
 
 /// Takes the resting values of an array off samples: `[N, C]` off `[N, C, T]`, `[N, H, W]` off `[N, T, H, W]`, and those of the
-/// samples' shape off each value; `layout` is that of the file of names. Also returns what was taken off.
+/// samples' shape off each value; `layout` is that of the file of names.
 pub(crate) fn tare_by_array(
     x: Ragged,
+    name: &str,
     layout: Option<Layout>,
     dtype: &str,
     archive: &mut Archive,
     options: &ReadOptions,
-) -> Result<(Ragged, Option<Tare>)> {
-    let Some(Tare::Array(name)) = &options.tare else { return Ok((x, None)) };
+) -> Result<Ragged> {
     let rest = archive.with(name, "tare", |header, reader, at| {
-        header.read_f32(reader, at, Cap::of_samples(&options.limits))
+        header.read_f32(reader, at, Cap::of_samples(&options.limits), 1)
     })?;
     let layout = likeliest_layout([options.layout, layout, None], dtype, x.sample_shape());
     let time = layout.time_axis().filter(|_| rest.shape() != x.shape());
@@ -66,5 +56,5 @@ pub(crate) fn tare_by_array(
         return Err(Error::Shape { at, shape, wanted });
     }
     let levels: Vec<f64> = rest.iter().map(|level| f64::from(*level)).collect();
-    Ok((x.less(&levels, time), options.tare.clone()))
+    Ok(x.less(&levels, time))
 }

@@ -16,7 +16,7 @@ pub(crate) fn one(header: &npy::Header, reader: &mut dyn Read, at: &str, limits:
     if let Some(axis) = shape.iter().position(|axis| *axis == 0) {
         return Err(Error::EmptyAxis { at: at.into(), shape, axis });
     }
-    let array = header.read_along(reader, at, npy::Cap::of_samples(limits), 0)?;
+    let array = header.read_f32(reader, at, npy::Cap::of_samples(limits), 0)?;
     let shape = array.shape().to_vec();
     Ok(Sample { shape, values: array.into_iter().collect(), dtype: header.dtype.clone(), is_turned: false })
 }

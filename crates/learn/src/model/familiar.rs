@@ -1,12 +1,17 @@
 //! Whether a sample is like those that a model has learned from, by what its card holds.
 
-use crate::certainty::{Certainty, Readings, Seen, familiarity};
+use crate::certainty::{Certainty, Readings, Seen};
 use crate::model::card::Card;
 
 impl Card {
     /// Checks whether the model tells samples that are unlike those that it has learned from.
     pub fn has_gate(&self) -> bool {
         self.certainty.as_ref().is_some_and(Certainty::has_gate) || self.readings_gate().is_some()
+    }
+
+    /// Returns the gate of logits; none of values, whose readings alone tell.
+    pub(crate) fn logits_gate(&self) -> Option<&Seen> {
+        self.certainty.as_ref()?.seen.as_ref()
     }
 
     /// Returns the gate of readings, of classes or of values.
@@ -18,22 +23,9 @@ impl Card {
     /// Returns the distances by logits and by readings beyond which the familiarity of a sample is at most `share`, 0..1; none where no
     /// distance is enough, and without that gate.
     pub fn unknown_beyond(&self, share: f32) -> [Option<f32>; 2] {
-        let seen = self.certainty.as_ref().and_then(|certainty| certainty.seen.as_ref());
-        match (self.readings_gate(), seen) {
+        match (self.readings_gate(), self.logits_gate()) {
             (Some(gate), seen) => gate.limits(seen.map(|seen| seen.distances.as_slice()), share),
             (None, seen) => [seen.and_then(|seen| Seen::limit(seen, share)), None],
         }
-    }
-
-    /// Returns the familiarity of a sample, 0.01..1, by the gates of the card. Of values the readings alone tell.
-    pub(crate) fn familiarity(
-        &self,
-        logits: Option<&[f32]>,
-        summary: Option<&[f32]>,
-        seen: f64,
-        scratch: &mut Vec<f64>,
-    ) -> Option<f32> {
-        let of_logits = self.certainty.as_ref().and_then(|certainty| certainty.seen.as_ref());
-        familiarity(of_logits, self.readings_gate(), logits, summary, seen, scratch)
     }
 }

@@ -11,11 +11,12 @@ pub(crate) mod marks;
 mod mask;
 pub(crate) mod members;
 mod multiplied;
+mod open;
 mod predictions;
 mod predictor;
 mod quantize;
 mod ranges;
-mod ready;
+pub(crate) mod ready;
 pub(crate) mod responder;
 mod workspace;
 

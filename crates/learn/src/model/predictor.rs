@@ -7,10 +7,11 @@ use taxel_graph::Weights;
 use taxel_guard::{Guard, ReplacedElement, Watch};
 
 use super::card::{Card, ModelInput};
+use super::open::open;
 use super::predictions::Predictions;
-use super::ready::{Ready, open};
+use super::ready::Ready;
 use super::workspace::Workspace;
-use crate::certainty::{Summary, tempered};
+use crate::certainty::{Summary, familiarity, tempered};
 use crate::encoding::{Transform, mended};
 use crate::error::{Error, Result};
 use crate::metrics::{around, spread};
@@ -101,7 +102,8 @@ impl Predictor {
     /// # Errors
     /// Samples of another shape than the model reads, or readings that are not finite or cannot be encoded.
     pub fn encode(&self, x: &RawSamples) -> Result<Vec<ArrayD<f32>>> {
-        self.encode_checked(&self.kept(x)?)
+        let kept = self.kept(x)?;
+        self.encode_mended(&self.mended(&kept))
     }
 
     /// Returns samples as the guard hands them on.
@@ -110,11 +112,6 @@ impl Predictor {
             Some(guard) => mended(guard, kept).0.into(),
             None => kept.view().into(),
         }
-    }
-
-    /// Does what [`Predictor::encode`] does, for samples that are known to be of the model's shape, and finite.
-    fn encode_checked(&self, kept: &RawSamples) -> Result<Vec<ArrayD<f32>>> {
-        self.encode_mended(&self.mended(kept))
     }
 
     /// Encodes what the guard hands on.
@@ -227,7 +224,7 @@ impl Predictor {
         let Workspace { logits, scratch, summary, .. } = workspace;
         let logits = (logits.len() == self.outputs).then_some(&**logits);
         let summary = summary.as_ref().map(|(summary, _)| summary.last());
-        self.card.familiarity(logits, summary, seen, scratch)
+        familiarity(self.card.logits_gate(), self.card.readings_gate(), logits, summary, seen, scratch)
     }
 
     /// Returns the interval of one quantity of the last sample of a workspace that holds the true value in `share` of samples, 0.8,
@@ -365,7 +362,7 @@ impl Predictor {
             let inputs = match self.encode_mended(&piece) {
                 Ok(inputs) => inputs,
                 // The message that numbers the samples from the first.
-                Err(error) => return Err(self.encode_checked(&kept).err().unwrap_or(error)),
+                Err(error) => return Err(self.encode_mended(&self.mended(&kept)).err().unwrap_or(error)),
             };
             piece.as_standard_layout().as_slice().unwrap_or_default().chunks_exact(each).for_each(&mut *see);
             logits.extend(self.logits_encoded(&inputs)?);
@@ -375,12 +372,13 @@ impl Predictor {
 
     /// Returns the familiarity of each sample by its row of logits and its row of summary numbers; none without a gate.
     fn familiarities(&self, logits: &[f32], numbers: &[f32]) -> Option<Vec<f32>> {
+        let (of_logits, of_readings) = (self.card.logits_gate(), self.card.readings_gate());
         let mut scratch = vec![];
         let width = numbers.len() / (logits.len() / self.width.max(1)).max(1);
         let of_row = |(row, logits): (usize, &[f32])| {
             let logits = (self.width == self.outputs).then_some(logits);
             let summary = numbers.get(row * width..(row + 1) * width).filter(|summary| !summary.is_empty());
-            self.card.familiarity(logits, summary, 1.0, &mut scratch)
+            familiarity(of_logits, of_readings, logits, summary, 1.0, &mut scratch)
         };
         logits.chunks_exact(self.width).enumerate().map(of_row).collect()
     }

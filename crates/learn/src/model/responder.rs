@@ -3,10 +3,14 @@
 use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
-use taxel_graph::{Graph, Weights};
+use taxel_graph::{Graph, Loss, Weights};
 use taxel_runtime::{Frozen, Ranges, Workspace};
 
+use super::ready::Ready;
+use super::workspace::ModelMemory;
 use crate::error::Result;
+use crate::metrics::Levels;
+use crate::training::label_objective::probabilities;
 use crate::training::part::pool;
 
 /// Samples that a thread takes at a time.
@@ -20,6 +24,8 @@ pub(crate) struct Responder {
     pool: Option<rayon::ThreadPool>,
     /// Workspaces that nobody is using.
     idle: Mutex<Vec<Workspace>>,
+    /// The loss that probabilities come from, and the labels; none of values and features, which stay as they are.
+    labels: Option<(Loss, Levels)>,
 }
 
 impl Responder {
@@ -40,19 +46,44 @@ impl Responder {
             None => Frozen::new(graph, weights)?,
         };
         let pool = if threads > 1 { Some(pool(threads)?) } else { None };
-        Ok(Responder { frozen, batch: batch.min(SHARE), pool, idle: Mutex::default() })
+        Ok(Responder { frozen, batch: batch.min(SHARE), pool, idle: Mutex::default(), labels: None })
     }
 
-    /// Returns the network.
-    pub fn frozen(&self) -> &Frozen {
-        &self.frozen
+    /// Returns the same network, whose logits are those of labels and become probabilities as the loss says.
+    pub fn of_labels(self, loss: Loss, levels: Levels) -> Self {
+        Responder { labels: Some((loss, levels)), ..self }
     }
 
-    /// Logits `[n, outputs]` of `inputs`, each `[n, ..]`.
-    ///
-    /// # Errors
-    /// Inputs of another number or length.
-    pub fn predict(&self, inputs: &[&[f32]], n: usize) -> Result<Vec<f32>> {
+    fn borrow(&self) -> Workspace {
+        let idle = self.idle.lock().unwrap_or_else(PoisonError::into_inner).pop();
+        idle.unwrap_or_else(|| self.frozen.workspace_for(self.batch))
+    }
+}
+
+impl Ready for Responder {
+    fn memory(&self) -> ModelMemory {
+        ModelMemory::Network(Box::new(self.frozen.workspace()))
+    }
+
+    fn decide_one(&self, inputs: &[Vec<f32>], memory: &mut ModelMemory, logits: &mut [f32]) -> Result<bool> {
+        let ModelMemory::Network(memory) = memory else { return Ok(false) };
+        let mut few: [&[f32]; 2] = [&[]; 2];
+        let many: Vec<&[f32]>;
+        let slices = match few.get_mut(..inputs.len()) {
+            Some(few) => {
+                few.iter_mut().zip(inputs).for_each(|(to, input)| *to = input);
+                &*few
+            }
+            None => {
+                many = inputs.iter().map(Vec::as_slice).collect();
+                &many
+            }
+        };
+        logits.copy_from_slice(self.frozen.predict(memory, slices)?);
+        Ok(true)
+    }
+
+    fn decide(&self, inputs: &[&[f32]], n: usize) -> Result<Vec<f32>> {
         if n == 0 {
             return Ok(vec![]);
         }
@@ -79,8 +110,13 @@ impl Responder {
         Ok(logits)
     }
 
-    fn borrow(&self) -> Workspace {
-        let idle = self.idle.lock().unwrap_or_else(PoisonError::into_inner).pop();
-        idle.unwrap_or_else(|| self.frozen.workspace_for(self.batch))
+    fn finish(&self, logits: &mut [f32]) {
+        if let Some((loss, levels)) = &self.labels {
+            probabilities(*loss, levels, logits);
+        }
+    }
+
+    fn has_logits(&self) -> bool {
+        true
     }
 }

@@ -10,6 +10,7 @@ use taxel_graph::{Graph, Halves, Node, Op, Weights};
 use crate::encoding::Encoded;
 use crate::error::Result;
 use crate::model::digest;
+use crate::model::ready::Ready;
 use crate::model::responder::Responder;
 use crate::training::recipe::{FrozenStatistics, Recipe};
 
@@ -183,7 +184,7 @@ impl CachedFeatures {
                     evaluator.predict(workspace, &slices, rows.len())?
                 }
                 FeatureSource::Runtime(responder) => {
-                    predicted = responder.predict(&slices, rows.len())?;
+                    predicted = responder.decide(&slices, rows.len())?;
                     &predicted
                 }
             };

@@ -12,6 +12,7 @@ use crate::error::{Error, Result};
 use crate::estimator::estimator::TrainingSet;
 use crate::estimator::trainable::Trainable;
 use crate::metrics::{Metric, Outcome};
+use crate::model::ready::Ready;
 use crate::model::responder::Responder;
 use crate::training::epoch::Epoch;
 use crate::training::feature_cache::{CachedFeatures, halves, is_norm, predict_alike, unchanged_nodes};
@@ -240,8 +241,8 @@ impl<'d> Learner<'d> {
         let mut logits = vec![];
         for rows in rows.chunks(each) {
             logits.extend(match &mut features {
-                Some(features) => responder.predict(&[features.rows(rows)?], rows.len())?,
-                None => responder.predict(&self.feed.rows(rows), rows.len())?,
+                Some(features) => responder.decide(&[features.rows(rows)?], rows.len())?,
+                None => responder.decide(&self.feed.rows(rows), rows.len())?,
             });
         }
         let loss = self.objective.test_loss(&logits, rows)?;

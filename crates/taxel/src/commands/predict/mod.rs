@@ -125,7 +125,9 @@ impl Predict {
         let card = model.card();
         let (unknown, sets) = self.certainty.of(card)?;
         let interval = self.certainty.interval(card)?;
-        let (Recordings { x, origins, starts, truth, values, .. }, options) = self.recordings().of(card)?;
+        let recordings =
+            ModelRecordings { data: &self.data, read_options: &self.read_options, as_is: Some(self.as_is) };
+        let (Recordings { x, origins, starts, truth, values, .. }, options) = recordings.of(card)?;
         let mut predictor = model.predictor(card.batch(), self.threads.count()?)?;
         if self.no_guard {
             predictor = predictor.guarded(None)?;
@@ -170,10 +172,6 @@ impl Predict {
             note(format!("{line}{caution}"));
         }
         Ok(ExitCode::SUCCESS)
-    }
-
-    fn recordings(&self) -> ModelRecordings<'_> {
-        ModelRecordings { data: &self.data, read_options: &self.read_options, as_is: Some(self.as_is) }
     }
 
     /// Checks whether the model was trained on these recordings.
