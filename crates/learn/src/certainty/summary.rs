@@ -161,12 +161,16 @@ impl Summary {
             let still = [mean, log(spread), log(change), log(across), rough, log(within), low, high];
             self.numbers[..Self::STILL].copy_from_slice(&still);
         }
+        self.add_features(sample);
+        self.last()
+    }
+
+    /// Adds the features of a row; nothing of other samples.
+    fn add_features(&mut self, sample: &[f32]) {
         if self.own != self.axes.channels {
-            // A row of features, or nothing.
             let shared = self.shared();
             self.numbers[shared..][..self.own].copy_from_slice(&sample[..self.own]);
         }
-        self.last()
     }
 
     /// Returns the numbers of the last sample.

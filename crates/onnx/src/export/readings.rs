@@ -145,16 +145,20 @@ impl ReadingsPlace {
             let [change, across, within] = [&change, &across, &within].map(|number| to.log(number));
             vec![mean, spread, change, across, rough, within, low, high]
         };
-        // Further numbers are the means of single channels, or features.
-        match self.center.len() - numbers.len() {
-            0 => {}
-            own if own == self.channels => numbers.push(means),
+        numbers.extend(self.of_single(&mut to, &x, means, numbers.len()));
+        numbers
+    }
+
+    /// Adds the numbers beyond those `shared` by all channels: the `means` of single channels, or features. None where there are no more.
+    fn of_single(&self, to: &mut Builder, x: &str, means: String, shared: usize) -> Option<String> {
+        match self.center.len() - shared {
+            0 => None,
+            own if own == self.channels => Some(means),
             _ => {
-                let shape = to.sink.ints(&name("row"), &[0, -1]);
-                numbers.push(to.step("Reshape", &[&x, &shape], "features", vec![]));
+                let shape = to.sink.ints(&format!("{READINGS_DISTANCE}/row"), &[0, -1]);
+                Some(to.step("Reshape", &[x, &shape], "features", vec![]))
             }
         }
-        numbers
     }
 
     /// Adds the output of the distance of raw samples `[batch, ..]`; none where the name is taken.
