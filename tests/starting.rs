@@ -112,9 +112,15 @@ fn values_get_baselines_and_a_network_of_values() {
     says(at, 0, &["init", "skin.npz", "--output", "force.toml"]);
     let text = fs::read_to_string(at.join("force.toml")).unwrap();
     let of = "of = [\"layer-norm-mlp\", \"extra-trees\"]";
-    for wanted in
-        ["\"ridge\"", "\"layer-norm-mlp\"", "deep-mlp", "loss = \"huber\"", "lags = [1, 2, 4, 8, 16]", of]
-    {
+    for wanted in [
+        "\"ridge\"",
+        "\"extra-trees\"",
+        "\"layer-norm-mlp\"",
+        "deep-mlp",
+        "loss = \"huber\"",
+        "lags = [1, 2, 4, 8, 16]",
+        of,
+    ] {
         assert!(text.contains(wanted), "{wanted}: {text}");
     }
     assert!(!text.contains("majority") && !text.contains("label_smoothing"), "{text}");

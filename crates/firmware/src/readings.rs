@@ -43,14 +43,9 @@ impl ReadingsGate {
         let shared = if *has_time { 12 } else { 8 };
         // Further numbers are the means of single channels, or features.
         let (each_mean, features) = match center.len() - shared {
-            0 => (String::new(), String::new()),
-            own if own == *channels => {
-                (format!("        numbers[{shared}u + i] = own.mean;\n"), String::new())
-            }
-            _ => {
-                let features = "    for (i = @shared@u; i < @numbers@u; i++) {\n        numbers[i] = sample[i - @shared@u];\n    }\n";
-                (String::new(), features.replace("@shared@", &shared.to_string()))
-            }
+            0 => ("", ""),
+            single if single == *channels => ("        numbers[@shared@u + i] = own.mean;\n", ""),
+            _ => ("", include_str!("c/answers/readings_features.c")),
         };
         let (ends, each, set, across) = if *has_time {
             let ends =
@@ -67,6 +62,7 @@ impl ReadingsGate {
             ("@ends@", ends.into()),
             ("@each_end@", format!("{each}{each_mean}")),
             ("@set@", format!("{set}{features}")),
+            ("@shared@", shared.to_string()),
             ("@channel_count@", channels.to_string()),
             ("@steps_of_channel@", steps.to_string()),
             ("@distance_of_steps@", by_step.to_string()),

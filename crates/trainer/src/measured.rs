@@ -51,11 +51,11 @@ impl Estimate {
     /// Returns the time of the average of these members, which trains each of them again.
     fn of_average(name: &str, members: &[&Estimate]) -> Self {
         let networks: Vec<f64> =
-            members.iter().filter(|own| own.is_network).map(|network| network.epoch).collect();
+            members.iter().filter(|member| member.is_network).map(|network| network.epoch).collect();
         Estimate {
             name: name.into(),
             is_network: !networks.is_empty(),
-            begin: members.iter().map(|own| own.begin).sum(),
+            begin: members.iter().map(|member| member.begin).sum(),
             // The samples that it sees are those of all its networks.
             epoch: networks.iter().sum::<f64>() / networks.len().max(1) as f64,
         }

@@ -191,11 +191,13 @@ fn place(summary: &Summary, rows: &[&[f32]], range: f32) -> Option<(Vec<f32>, Ve
         (0..size).map(|k| rows.iter().map(|row| f64::from(row[k])).sum::<f64>() / n).collect();
     let deviation = |k: usize| {
         let square = rows.iter().map(|row| (f64::from(row[k]) - mean[k]).powi(2)).sum::<f64>() / n;
-        let unit = match () {
-            () if summary.is_logarithm(k) => 1.0,
-            // Channels may have units of their own.
-            () if k >= summary.shared() && square > 0.0 => square.sqrt(),
-            () => f64::from(range),
+        let unit = if summary.is_logarithm(k) {
+            1.0
+        } else if k >= summary.shared() && square > 0.0 {
+            // Channels may have different units.
+            square.sqrt()
+        } else {
+            f64::from(range)
         };
         (square + (LEAST_DEVIATION * unit).powi(2)).sqrt()
     };

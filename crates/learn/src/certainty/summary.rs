@@ -36,17 +36,17 @@ impl Axes {
 
 /// Summarises samples of one layout: the mean, the spread, the roughness and the ends of their readings.
 ///
-/// The mean of each channel follows, or each feature, of samples of at most 24: else swapped channels would pass unseen.
-///
-/// Of samples with time there are twelve numbers before these: the mean, the logarithms of the spread of all readings, of the mean spread of a
+/// Of samples with time there are twelve numbers: the mean, the logarithms of the spread of all readings, of the mean spread of a
 /// channel, of its mean change from step to step and of the ratio of the two, the lowest and highest reading, the spread of the
 /// channels' means, and the ends of the channels' spreads and means. Of a still image there are eight, its rows and columns in
 /// place of channels and steps.
+///
+/// The mean of each channel follows, or each feature, where there are at most 24: else swapped channels would pass unseen.
 #[derive(Debug, Clone)]
 pub(crate) struct Summary {
     axes: Axes,
-    /// Numbers that are those of a single channel or feature.
-    own: usize,
+    /// Numbers that are each of a single channel or feature.
+    single: usize,
     /// One channel whose steps do not lie side by side.
     row: Vec<f32>,
     numbers: [f32; Summary::MOST],
@@ -66,29 +66,29 @@ struct Channel {
 
 impl Summary {
     /// Most numbers.
-    pub(crate) const MOST: usize = Self::TIME + Self::OWN;
+    pub(crate) const MOST: usize = Self::TIME + Self::SINGLE;
     /// Numbers of a sample with time, and of a still image, before those of single channels.
     const TIME: usize = 12;
     const STILL: usize = 8;
     /// Most channels that have a number of their own.
-    const OWN: usize = 24;
+    const SINGLE: usize = 24;
 
     /// Prepares for samples of this layout and shape.
     pub(crate) fn new(layout: Layout, shape: &[usize]) -> Self {
         let axes = Axes::new(layout, shape);
         let row = if axes.by_step == 1 { vec![] } else { vec![0.0; axes.steps] };
-        let own = match layout {
+        let single = match layout {
             Layout::Features => axes.steps,
             _ if axes.has_time => axes.channels,
             _ => 0,
         };
-        let own = if own <= Self::OWN { own } else { 0 };
-        Summary { axes, own, row, numbers: [0.0; Self::MOST] }
+        let single = if single <= Self::SINGLE { single } else { 0 };
+        Summary { axes, single, row, numbers: [0.0; Self::MOST] }
     }
 
     /// Returns how many numbers there are.
     pub(crate) fn count(&self) -> usize {
-        self.shared() + self.own
+        self.shared() + self.single
     }
 
     /// Returns how many numbers are of all channels together.
@@ -116,7 +116,7 @@ impl Summary {
         let mut ends = [[f32::INFINITY, f32::NEG_INFINITY]; 3];
         for number in 0..self.axes.channels {
             let channel = self.channel(sample, number);
-            if self.own == self.axes.channels {
+            if self.single == self.axes.channels {
                 self.numbers[self.shared() + number] = channel.mean;
             }
             // Around the first mean, so that the sum of squares keeps its digits far from zero.
@@ -167,9 +167,9 @@ impl Summary {
 
     /// Adds the features of a row; nothing of other samples.
     fn add_features(&mut self, sample: &[f32]) {
-        if self.own != self.axes.channels {
+        if self.single != self.axes.channels {
             let shared = self.shared();
-            self.numbers[shared..][..self.own].copy_from_slice(&sample[..self.own]);
+            self.numbers[shared..][..self.single].copy_from_slice(&sample[..self.single]);
         }
     }
 

@@ -149,11 +149,11 @@ impl ReadingsPlace {
         numbers
     }
 
-    /// Adds the numbers beyond those `shared` by all channels: the `means` of single channels, or features. None where there are no more.
+    /// Returns the numbers after the `shared` ones: the `means` of single channels, or features. None where there are no more.
     fn of_single(&self, to: &mut Builder, x: &str, means: String, shared: usize) -> Option<String> {
         match self.center.len() - shared {
             0 => None,
-            own if own == self.channels => Some(means),
+            single if single == self.channels => Some(means),
             _ => {
                 let shape = to.sink.ints(&format!("{READINGS_DISTANCE}/row"), &[0, -1]);
                 Some(to.step("Reshape", &[x, &shape], "features", vec![]))

@@ -10,7 +10,7 @@ use taxel_zoo::Registry;
 use crate::error::Result;
 use crate::experiment::{Experiment, Overrides};
 use crate::measured::{Estimate, measured};
-use crate::start::families::{AVERAGE, COPIES, ROCKET};
+use crate::start::families::{AVERAGE, ROCKET, copies};
 use crate::start::start::Start;
 
 /// Fewest epochs of a recipe that is shortened.
@@ -52,7 +52,7 @@ impl Start {
         let takes_most =
             |estimate: &&Estimate| !estimate.is_network && self.takes(estimate) / speed(threads) > most / 2.0;
         let slow: Vec<&Estimate> = estimates.iter().filter(takes_most).collect();
-        let is_slow = |name: &str| slow.iter().any(|estimate| name.trim_matches('"') == estimate.name);
+        let is_slow = |name: &str| slow.iter().any(|estimate| name == estimate.name);
         self.family.baselines.retain(|name| !is_slow(name));
         if self.family.averaged.iter().any(|name| is_slow(name)) {
             self.family.averaged.clear();
@@ -99,21 +99,20 @@ impl Start {
     /// Estimates the seconds that one method takes on one thread, 0 if it is left out.
     fn takes(&self, estimate: &Estimate) -> f64 {
         let (name, family) = (clean(&estimate.name), &self.family);
-        let baselines = family.baselines.iter().map(|name| name.trim_matches('"'));
-        let is_tried = family.networks.iter().copied().chain(baselines).any(|tried| tried == name)
+        let is_tried = family.networks.iter().chain(&family.baselines).any(|tried| *tried == name)
             || name == AVERAGE && !family.averaged.is_empty();
         let is_augmented = name != estimate.name;
         if !is_tried || is_augmented && !self.is_hardened {
             return 0.0;
         }
         let has_twin = self.is_hardened && family.augmented(self.trained).contains(&name);
-        let copies = if has_twin && !estimate.is_network { COPIES as f64 } else { 0.0 };
+        let seen_again = if has_twin && !estimate.is_network { copies() as f64 } else { 0.0 };
         let trained = self.trained as f64;
         let ridge = |samples: f64| {
             if name == ROCKET { RIDGE * samples.min(ROCKET_FEATURES).powi(3) } else { 0.0 }
         };
-        let each = estimate.begin * (1.0 + copies) + estimate.epoch * self.epochs() as f64;
-        (each * trained + ridge(trained) + ridge(copies * trained)) * self.folds as f64
+        let each = estimate.begin * (1.0 + seen_again) + estimate.epoch * self.epochs() as f64;
+        (each * trained + ridge(trained) + ridge(seen_again * trained)) * self.folds as f64
     }
 
     /// Returns the epochs of a fold, of which few samples get more.

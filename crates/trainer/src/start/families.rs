@@ -4,7 +4,10 @@
 //!
 //! The recipes of `configs/real/*-hardened.toml` and of the configs of values, chosen there on inner folds.
 
+use taxel_baselines::Method;
 use taxel_data::{Layout, Task};
+use taxel_faults::TrainingFaults;
+use taxel_learn::Candidate;
 
 /// Encoding, networks, baselines and recipe that are tried on samples of one layout.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -13,7 +16,7 @@ pub(super) struct Family {
     pub encoding: Vec<String>,
     /// Networks, the most promising first.
     pub networks: Vec<&'static str>,
-    /// Baselines, as TOML.
+    /// Baselines by name.
     pub baselines: Vec<&'static str>,
     /// Rows whose predictions are averaged too; none of classes.
     pub averaged: Vec<&'static str>,
@@ -49,24 +52,29 @@ const LARGEST_SIDE: usize = 64;
 const ROCKET_STEPS: usize = 9;
 /// Most samples for the ridge of MiniRocket, copies under faults among them: it takes gigabytes beyond.
 const ROCKET_SAMPLES: usize = 8000;
-/// Copies of the training part that a baseline sees under faults, with the clean one.
-pub(super) const COPIES: usize = 5;
 pub(super) const ROCKET: &str = "mini-rocket";
-/// The same as TOML.
-pub(super) const ROCKET_ROW: &str = r#""mini-rocket""#;
-/// Baselines that have a row under faults too.
-const AUGMENTED: [&str; 4] = [ROCKET, "svm-linear", "svm-rbf", "extra-trees"];
+const TREES: &str = "extra-trees";
 /// Most readings of all samples together for trees on images, which take minutes beyond.
 const TREE_READINGS: usize = 8_000_000;
 /// Networks of values: the best of the committed pages, then a wider one.
 const OF_VALUES: [&str; 2] = ["layer-norm-mlp", "deep-mlp"];
 /// The row of their mean with trees.
 pub(super) const AVERAGE: &str = "mlp-and-trees";
-const TREES: &str = r#""extra-trees""#;
 /// Time steps of the two fingers of Zhang et al. 2022, one pressure and 22 vibrations each.
 const NUMATAC_STEPS: usize = 300;
 /// Steps back whose differences a history holds.
 const LAGS: [usize; 6] = [1, 2, 4, 8, 16, 32];
+
+/// Returns how many copies of the training part a baseline sees under faults, with the clean one.
+pub(super) fn copies() -> usize {
+    TrainingFaults::default().copies + 1
+}
+
+/// Checks whether a baseline of that name has a row under faults too.
+fn gains_by_faults(name: &str) -> bool {
+    let method = Method::all().into_iter().chain(Method::of_values()).find(|method| method.name() == name);
+    method.is_some_and(|method| Candidate::baseline(method).estimator.gains_by_faults())
+}
 
 /// Returns the recipe of taxel's own networks with a rule for the statistics of batch norm.
 fn adamw(batch_norm: &'static str) -> Vec<&'static str> {
@@ -81,10 +89,9 @@ impl Family {
 
     /// Lists the rows that are fault-augmented too, of `trained` samples.
     pub(super) fn augmented(&self, trained: usize) -> Vec<&str> {
-        let too_many = COPIES * trained > ROCKET_SAMPLES;
-        let baselines = self.baselines.iter().map(|name| name.trim_matches('"'));
-        let augmented = baselines.filter(|name| AUGMENTED.contains(name) && !(*name == ROCKET && too_many));
-        self.networks.iter().copied().chain(augmented).collect()
+        let too_many = copies() * trained > ROCKET_SAMPLES;
+        let gain = |name: &&str| gains_by_faults(name) && !(*name == ROCKET && too_many);
+        self.networks.iter().copied().chain(self.baselines.iter().copied().filter(gain)).collect()
     }
 
     /// Returns what is tried on samples of `layout` with axes `shape`.
@@ -106,7 +113,7 @@ impl Family {
         match task {
             Task::Values(_) => {
                 family.baselines.retain(|name| !name.contains("majority") && !name.contains("svm"));
-                family.baselines.splice(0..0, [r#""mean""#, r#""ridge""#]);
+                family.baselines.splice(0..0, ["mean", "ridge"]);
                 family.settings.push(r#"loss = "huber""#);
             }
             Task::Classes(_) => family.settings.push("label_smoothing = 0.1"),
@@ -117,9 +124,9 @@ impl Family {
 
     fn series(steps: usize, task: &Task, samples: usize) -> Self {
         let is_of_values = matches!(task, Task::Values(_));
-        let mut baselines = vec![r#""majority""#, r#""k-nn""#];
+        let mut baselines = vec!["majority", "k-nn"];
         if steps >= ROCKET_STEPS && !(is_of_values && samples > ROCKET_SAMPLES) {
-            baselines.push(ROCKET_ROW);
+            baselines.push(ROCKET);
         }
         if is_of_values {
             let lags: Vec<String> = LAGS.iter().filter(|lag| **lag < steps).map(usize::to_string).collect();
@@ -146,7 +153,7 @@ impl Family {
     }
 
     fn features(task: &Task) -> Self {
-        let baselines = vec![r#""majority""#, r#""k-nn""#, r#""svm-linear""#, r#""svm-rbf""#, TREES];
+        let baselines = vec!["majority", "k-nn", "svm-linear", "svm-rbf", TREES];
         let family = if matches!(task, Task::Values(_)) { Self::of_values() } else { Self::rows() };
         Self { baselines, ..family }
     }
@@ -160,7 +167,7 @@ impl Family {
 
     /// Returns the networks and the recipe of values of such rows.
     fn of_values() -> Self {
-        let averaged = vec![OF_VALUES[0], "extra-trees"];
+        let averaged = vec![OF_VALUES[0], TREES];
         Self { networks: OF_VALUES.to_vec(), averaged, epochs: 60, ..Self::rows() }
     }
 
@@ -174,7 +181,7 @@ impl Family {
         };
         let encoding = vec![format!("image = {{ kind = \"raw\", {resize}scale = \"z-score\" }}")];
         let networks = vec!["resnet8-lite-2d", "vgg6-lite-2d"];
-        let baselines = vec![r#""majority""#, r#""k-nn""#];
+        let baselines = vec!["majority", "k-nn"];
         Self { encoding, networks, baselines, epochs: 60, settings: SGDM.to_vec(), ..Self::rows() }
     }
 
@@ -185,13 +192,13 @@ impl Family {
                 .into(),
         ];
         let networks = vec!["resnet8-lite-2d", "tactnet3d-4-8"];
-        let baselines = vec![r#""majority""#, r#""k-nn""#, ROCKET_ROW];
+        let baselines = vec!["majority", "k-nn", ROCKET];
         Self { encoding, networks, baselines, epochs: 50, settings: SGDM.to_vec(), ..Self::rows() }
     }
 
     fn numatac() -> Self {
         let encoding = vec![r#"image = { kind = "numatac" }"#.into()];
-        let baselines = vec![r#""majority""#, ROCKET_ROW];
+        let baselines = vec!["majority", ROCKET];
         let settings = vec![
             "batch_size = 32",
             r#"optimizer = { name = "adam", lr = 1e-3 }"#,

@@ -10,7 +10,7 @@ use taxel_zoo::Registry;
 use crate::data::settings;
 use crate::error::Result;
 use crate::experiment::{Experiment, Overrides, name_of};
-use crate::start::families::{AVERAGE, Family, ROCKET, ROCKET_ROW};
+use crate::start::families::{AVERAGE, Family, ROCKET};
 
 /// Folds where there are enough groups, or enough samples of each class.
 const FOLDS: usize = 5;
@@ -83,18 +83,24 @@ impl Start {
         }
     }
 
-    /// Returns the recordings at `path` as a config would read them that has the values `set`, such as `data.layout="image"`. Values of
-    /// other tables say nothing of them.
+    /// Reads the recordings at `path`, as a config does that has the values `set`, such as `data.layout="image"`. Values of other tables
+    /// say nothing of them.
     ///
     /// # Errors
     /// Recordings that cannot be read, a value that is refused.
     pub fn read(path: &Path, options: &ReadOptions, set: &[String], registry: &Registry) -> Result<Dataset> {
-        let path = toml::Value::String(path.display().to_string());
+        let of_data: Vec<&String> =
+            set.iter().filter(|value| value.trim_start().starts_with("data.")).collect();
+        if of_data.is_empty() {
+            return Ok(taxel_data::load(path, options)?);
+        }
+        // A path of a config starts at its folder.
+        let absolute = std::path::absolute(path).unwrap_or_else(|_| path.into());
+        let path = toml::Value::String(absolute.display().to_string());
         let text = format!(
             "name = \"recordings\"\nbaselines = [\"majority\"]\nnetworks = []\n[data]\npath = {path}\n"
         );
-        let of_data = set.iter().filter(|value| value.trim_start().starts_with("data."));
-        let set = settings(options).into_iter().chain(of_data.cloned()).collect();
+        let set = settings(options).into_iter().chain(of_data.into_iter().cloned()).collect();
         let overrides = Overrides { set, ..Overrides::default() };
         Experiment::parse(&text, "recordings.toml", &overrides, registry)?.dataset()
     }
@@ -132,7 +138,7 @@ impl Start {
         let takes = self.minutes.map(|minutes| format!("Takes about {minutes:.0} min where it was written."));
         let comments = self.facts.iter().cloned().chain(takes).map(|line| format!("# {line}\n"));
         let mut text: String = comments.collect();
-        text += &format!("name = {:?}\nseed = 0\nbaselines = [{}]\n", self.name, baselines.join(", "));
+        text += &format!("name = {:?}\nseed = 0\nbaselines = {baselines:?}\n", self.name);
         text += &format!("\n[data]\n{}\n", self.data.join("\n"));
         if !encoding.is_empty() {
             text += &format!("\n[encoding]\n{}\n", encoding.join("\n"));
@@ -142,7 +148,7 @@ impl Start {
         if self.is_hardened {
             text += "\n[harden]                                # each row once more, fault-augmented\n";
             let augmented = self.family.augmented(self.trained);
-            if baselines.contains(&ROCKET_ROW) && !augmented.contains(&ROCKET) {
+            if baselines.contains(&ROCKET) && !augmented.contains(&ROCKET) {
                 let about = "mini-rocket's ridge takes gigabytes on so many copies";
                 text += &format!("only = {augmented:?}   # {about}\n");
             }

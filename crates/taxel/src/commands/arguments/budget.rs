@@ -59,13 +59,9 @@ impl Budget {
         cancel: &AtomicBool,
     ) -> experiment::Result<Start> {
         let registry = Registry::built_in();
-        let absolute = std::path::absolute(path).unwrap_or_else(|_| path.into());
-        let dataset = if set.iter().any(|value| value.trim_start().starts_with("data.")) {
-            Start::read(&absolute, options, set, &registry)?
-        } else {
-            taxel::load(path, options)?
-        };
+        let dataset = Start::read(path, options, set, &registry)?;
         dataset.refuse_one_class()?;
+        let absolute = std::path::absolute(path).unwrap_or_else(|_| path.into());
         let whole = Start::new(&dataset, &absolute, options);
         let estimates = whole.measured(&dataset, &registry, cancel)?;
         for estimate in &estimates {

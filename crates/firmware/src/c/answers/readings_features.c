@@ -1,0 +1,3 @@
+    for (i = @shared@u; i < @numbers@u; i++) {
+        numbers[i] = sample[i - @shared@u];
+    }
