@@ -57,7 +57,7 @@ impl Conv {
         groups: usize,
     ) -> Self {
         let sizes = ConvSizes::new(window, dilation, channels, filters, groups);
-        Self::with(sizes, Winograd::pays(&sizes), false)
+        Self::with(sizes, Winograd::pays(&sizes, false), false)
     }
 
     /// Makes a convolution as [`Conv::dilated`] does, with products of bf16 and sums of floats. Depthwise ones, and
@@ -71,7 +71,7 @@ impl Conv {
     ) -> Self {
         crate::half::assert_supported();
         let sizes = ConvSizes::new(window, dilation, channels, filters, groups);
-        Self::with(sizes, Winograd::pays(&sizes), true)
+        Self::with(sizes, Winograd::pays(&sizes, true), true)
     }
 
     /// Makes a convolution by the definition's products, whatever the sizes.
@@ -82,6 +82,13 @@ impl Conv {
     /// Makes a convolution with fewer products wherever the window allows, even where that does not pay.
     pub fn winograd(window: Window3, channels: usize, filters: usize, groups: usize) -> Self {
         Self::with(ConvSizes::new(window, [1; 3], channels, filters, groups), true, false)
+    }
+
+    /// Makes a convolution as [`Conv::winograd`] does, with products of bf16 where it is [`Conv::half`]'s square of 3 × 3. Panics where
+    /// [`crate::half::supported`] is an error.
+    pub fn half_winograd(window: Window3, channels: usize, filters: usize, groups: usize) -> Self {
+        crate::half::assert_supported();
+        Self::with(ConvSizes::new(window, [1; 3], channels, filters, groups), true, true)
     }
 
     fn with(sizes: ConvSizes, fewer: bool, half: bool) -> Self {

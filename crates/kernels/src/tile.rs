@@ -354,6 +354,12 @@ pub(crate) fn columns(width: usize) -> impl Iterator<Item = ColumnBlock> {
     cut(width, kernels(), narrow())
 }
 
+/// Cuts `width` columns as [`columns`] does, or as [`pair_columns`].
+pub(crate) fn columns_of(width: usize, paired: bool) -> impl Iterator<Item = ColumnBlock> {
+    let (floats, pairs) = if paired { (0, width) } else { (width, 0) };
+    columns(floats).chain((pairs > 0).then(|| pair_columns(pairs)).into_iter().flatten())
+}
+
 /// Cuts `width` columns of products of pairs of bf16; panics where the CPU has no such products.
 pub(crate) fn pair_columns(width: usize) -> impl Iterator<Item = ColumnBlock> {
     crate::half::assert_supported();

@@ -4,7 +4,7 @@ mod common;
 
 use common::{Case, cases, most, values};
 use proptest::prelude::*;
-use taxel_kernels::conv::Conv;
+use taxel_kernels::conv::{Conv, ConvKind};
 use taxel_kernels::simd::{Level, level};
 use taxel_kernels::{AffineView, Rectifier, Window3};
 
@@ -61,15 +61,14 @@ fn close(got: &[f32], want: &[f64], terms: usize, share: f64, what: &str) {
 struct Shares {
     forward: f64,
     gradients: f64,
-    /// Whether values are such that a bf16 holds them, so that their products are exact.
-    half: bool,
+    /// Parts of 1 that values are rounded to, so that a bf16 holds them and products are exact; 0 leaves them as they are.
+    parts: f32,
 }
 
-const DIRECT: Shares = Shares { forward: 1e-5, gradients: 1e-5, half: false };
-const HALF: Shares = Shares { half: true, ..DIRECT };
+const DIRECT: Shares = Shares { forward: 1e-5, gradients: 1e-5, parts: 0.0 };
 /// Transforms add and subtract values several times as large as what is left in the end: of thousands of
 /// outputs' cases one was above 1e-5.
-const FEWER: Shares = Shares { forward: 2e-5, gradients: 5e-5, half: false };
+const FEWER: Shares = Shares { forward: 2e-5, gradients: 5e-5, parts: 0.0 };
 
 /// Portable code rounds each product before it is added, where the others round the sum alone: cases of many
 /// products came out a little above their share.
@@ -78,12 +77,20 @@ fn fewer() -> Shares {
     Shares { forward: factor * FEWER.forward, gradients: factor * FEWER.gradients, ..FEWER }
 }
 
+/// Shares for products of bf16. Of transformed values, sums of up to nine, a bf16 holds fewer.
+fn half(conv: &Conv) -> Shares {
+    match conv.kind() {
+        ConvKind::Winograd => Shares { parts: 8.0, ..fewer() },
+        _ => Shares { parts: 64.0, ..DIRECT },
+    }
+}
+
 /// All passes of `conv` against the definition.
 fn agrees(case: &Case, conv: &Conv, accumulate: bool, relu: bool, shares: Shares) {
-    let Shares { forward, gradients, half } = shares;
+    let Shares { forward, gradients, parts } = shares;
     let values = |count: usize, salt: usize| -> Vec<f32> {
         let values = values(count, salt).into_iter();
-        values.map(|v| if half { (64.0 * v).round() / 64.0 } else { v }).collect()
+        values.map(|v| if parts > 0.0 { (parts * v).round() / parts } else { v }).collect()
     };
     let filters = case.filters;
     let (depth, positions) = (conv.weight_len() / filters, conv.y_len() / filters);
@@ -184,7 +191,17 @@ proptest! {
     #[ignore = "needs avx512_bf16"]
     fn halves_agree_with_the_definition_needs_bf16(case in cases(1..36, 1), accumulate in any::<bool>(), relu in any::<bool>()) {
         let Case { window, dilation, channels, filters, groups } = case;
-        agrees(&case, &Conv::half(window, dilation, channels, filters, groups), accumulate, relu, HALF);
+        let conv = Conv::half(window, dilation, channels, filters, groups);
+        agrees(&case, &conv, accumulate, relu, half(&conv));
+    }
+
+    #[test]
+    #[ignore = "needs avx512_bf16"]
+    fn fewer_products_of_halves_give_the_same_needs_bf16(case in squares(), accumulate in any::<bool>(), relu in any::<bool>()) {
+        let Case { window, channels, filters, groups, .. } = case;
+        let conv = Conv::half_winograd(window, channels, filters, groups);
+        prop_assert_eq!(conv.kind(), ConvKind::Winograd);
+        agrees(&case, &conv, accumulate, relu, half(&conv));
     }
 
     #[test]

@@ -23,8 +23,10 @@ pub(crate) struct Direct {
     /// Offsets (input, weights) of the stretches under one window; first the whole window, then what is
     /// left of it over an edge.
     taps: Vec<Vec<(usize, usize)>>,
-    /// Length of such a stretch.
+    /// Products of such a stretch, and values of the input from one to the next.
     run: usize,
+    step: usize,
+    weight_len: usize,
     /// Every row of outputs.
     lines: Vec<ConvRow>,
     /// Where they start, in input and output.
@@ -81,13 +83,27 @@ impl Direct {
             .collect();
         let taps = cuts.iter().map(|[rows, depths]| under(rows, depths)).collect();
         let starts = lines.iter().map(|line| (line.from, line.to)).collect();
-        Direct { sizes, padded_len: image(padded, channels), taps, run, lines, starts, paired: false }
+        let (padded_len, weight_len) = (image(padded, channels), sizes.weight_len());
+        Direct { sizes, padded_len, taps, run, step: 1, weight_len, lines, starts, paired: false }
     }
 
     /// Makes the plan for outputs of pairs of bf16, of which `sizes` counts the channels; its
     /// [`Direct::backward_weight`] has no meaning.
     pub fn paired(sizes: ConvSizes) -> Self {
         Direct { paired: true, ..Direct::new(sizes) }
+    }
+
+    /// Makes the plan for outputs of pairs of bf16 across channels: of every value with the next one. None where the values under a row
+    /// of the kernel are no single stretch. Its [`Direct::backward_weight`] has no meaning.
+    pub fn paired_along(sizes: ConvSizes) -> Option<Self> {
+        if sizes.groups > 1 || sizes.dilation[2] > 1 {
+            return None;
+        }
+        let mut plan = Direct::new(sizes);
+        let half = plan.run.div_ceil(2);
+        plan.taps.iter_mut().flatten().for_each(|(_, weights)| *weights = *weights / plan.run * half);
+        let weight_len = plan.weight_len / plan.run * half;
+        Some(Direct { run: half, step: 2, weight_len, paired: true, ..plan })
     }
 
     /// Returns where the rows of outputs start, in the padded input and the output.
@@ -109,7 +125,7 @@ impl Direct {
     }
 
     pub fn weight_len(&self) -> usize {
-        self.sizes.weight_len()
+        self.weight_len
     }
 
     /// Computes `y` from a padded image.
@@ -144,7 +160,7 @@ impl Direct {
     /// Computes some filters of one group, at all positions.
     ///
     /// # Safety
-    /// `columns` lie inside a group's filters. `padded` holds `padded_len` values, `weight` and `y` those of
+    /// `columns` lie inside a group's filters. `padded` holds `padded_len` values, `weight` `weight_len` ones and `y` those of
     /// `sizes`; a bias in `start` is valid for the columns.
     unsafe fn output_blocks(
         &self,
@@ -167,7 +183,7 @@ impl Direct {
                 let tile = Tile {
                     a: padded[a..].as_ptr(),
                     a_row: stride[2] * channels,
-                    a_step: 1,
+                    a_step: self.step,
                     b: weight[b..].as_ptr(),
                     b_row: out,
                     c: y[c..].as_mut_ptr(),
@@ -181,7 +197,7 @@ impl Direct {
                 };
                 // SAFETY: the last value that `a` reaches, a window's last tap (rows - 1) strides further, is
                 // at most the last of the padded input, whose size `ConvSizes::reach` gives by just these
-                // positions; `b` walks the weights of this group; `c` covers `rows` outputs of these filters.
+                // positions; of pairs along the stretch the last begins at or before it. `b` walks the weights of this group; `c` covers `rows` outputs of these filters.
                 // The caller guarantees the lengths and the bias; `y` is borrowed exclusively.
                 unsafe { columns.kernel(rows)(&tile) };
             }

@@ -1,7 +1,8 @@
 //! Convolution with products of bf16: every product of the definition, two at a time.
 //!
 //! Outputs take pairs of neighbouring channels, so a padded image of pairs is one of half as many channels, and the
-//! blocks are those of [`Direct`]. The weights' gradient takes pairs of neighbouring outputs of a row.
+//! blocks are those of [`Direct`]. Where the number of channels is odd, they take pairs of neighbouring values of a row, so that
+//! no half of a pair is empty but the last. The weights' gradient takes pairs of neighbouring outputs of a row.
 
 use crate::half::{pair_columns_of_rows, pair_rows, pair_with_later};
 use crate::lengths::at_least;
@@ -19,8 +20,10 @@ pub(crate) struct HalfDirect {
     sizes: ConvSizes,
     /// The convolution of floats, whose taps the weights' gradient follows.
     floats: Direct,
-    /// That of pairs of channels.
+    /// That of pairs.
     pairs: Direct,
+    /// Whether pairs are of neighbouring values of a row, in place of channels.
+    along: bool,
     /// Where the rows of outputs start, in the padded input and among the pairs of outputs.
     starts: Vec<(usize, usize)>,
 }
@@ -33,12 +36,19 @@ impl HalfDirect {
             return None;
         }
         let ConvSizes { window, dilation, channels, filters, groups } = sizes;
-        let of_pairs = ConvSizes::new(window, dilation, channels.div_ceil(2), filters, groups);
+        let along = (channels % 2 == 1).then(|| Direct::paired_along(sizes)).flatten();
+        let (pairs, along) = match along {
+            Some(pairs) => (pairs, true),
+            None => {
+                let of_pairs = ConvSizes::new(window, dilation, channels.div_ceil(2), filters, groups);
+                (Direct::paired(of_pairs), false)
+            }
+        };
         let floats = Direct::new(sizes);
         let row = window.output[2].div_ceil(2) * filters;
         let starts =
             floats.starts().iter().enumerate().map(|(line, &(from, _))| (from, line * row)).collect();
-        Some(HalfDirect { sizes, pairs: Direct::paired(of_pairs), floats, starts })
+        Some(HalfDirect { sizes, pairs, along, floats, starts })
     }
 
     pub fn packed_len(&self) -> usize {
@@ -56,14 +66,16 @@ impl HalfDirect {
         output[0] * output[1] * output[2].div_ceil(2) * self.sizes.filters
     }
 
-    /// Packs weights: pairs of channels in × channels out, for every group and kernel value.
+    /// Packs weights, for every group and kernel value: pairs of channels in × channels out; or for every row of the kernel: pairs of
+    /// its values in × channels out.
     pub fn pack(&self, weight: &[f32], packed: &mut [f32]) {
         let [inner, out] = self.sizes.of_group();
+        let rows = if self.along { inner * self.sizes.window.kernel[2] } else { inner };
         at_least("weights of a convolution", weight.len(), self.sizes.weight_len());
         at_least("packed weights", packed.len(), self.packed_len());
-        let packed = packed.chunks_exact_mut(inner.div_ceil(2) * out);
-        for (from, to) in weight.chunks_exact(inner * out).zip(packed) {
-            pair_rows(inner, out, out, from, to);
+        let packed = packed.chunks_exact_mut(rows.div_ceil(2) * out);
+        for (from, to) in weight.chunks_exact(rows * out).zip(packed) {
+            pair_rows(rows, out, out, from, to);
         }
     }
 
@@ -73,7 +85,11 @@ impl HalfDirect {
         at_least("padded input of a convolution", padded.len(), self.floats.padded_len());
         at_least("scratch of a convolution", work.len(), self.work_len());
         let pairs = &mut work[..self.pairs.padded_len()];
-        pair_columns_of_rows(channels, channels, padded, pairs);
+        if self.along {
+            pair_with_later(1, &padded[..pairs.len()], pairs);
+        } else {
+            pair_columns_of_rows(channels, channels, padded, pairs);
+        }
         self.pairs.forward(pairs, packed, begin, y);
     }
 

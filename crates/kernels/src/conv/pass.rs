@@ -32,7 +32,7 @@ enum Algorithm {
     Direct(Direct),
     /// The same where every channel is a group of its own.
     Depthwise(Depthwise),
-    /// Fewer products, where kernels are 3 long and see many channels.
+    /// Fewer products, of floats or bf16, where kernels are 3 long and see many channels.
     Winograd(Winograd),
     /// Every product of the definition, of bf16.
     Half(Box<HalfDirect>),
@@ -43,11 +43,13 @@ impl Algorithm {
         if sizes.is_depthwise() {
             return Algorithm::Depthwise(Depthwise::new(sizes));
         }
-        if half && let Some(half) = HalfDirect::new(sizes) {
-            return Algorithm::Half(Box::new(half));
+        if let Some(winograd) = (fewer && sizes.groups == 1).then(|| Winograd::new(&sizes, half)).flatten() {
+            return Algorithm::Winograd(winograd);
         }
-        let winograd = (fewer && sizes.groups == 1).then(|| Winograd::new(&sizes)).flatten();
-        winograd.map_or_else(|| Algorithm::Direct(Direct::new(sizes)), Algorithm::Winograd)
+        match half.then(|| HalfDirect::new(sizes)).flatten() {
+            Some(half) => Algorithm::Half(Box::new(half)),
+            None => Algorithm::Direct(Direct::new(sizes)),
+        }
     }
 }
 
@@ -100,7 +102,7 @@ impl ConvPass {
     pub fn packed_len(&self) -> usize {
         match &self.algorithm {
             Algorithm::Direct(_) | Algorithm::Depthwise(_) => 0,
-            Algorithm::Winograd(winograd) => winograd.weight_len(),
+            Algorithm::Winograd(winograd) => winograd.packed_len(),
             Algorithm::Half(half) => half.packed_len(),
         }
     }

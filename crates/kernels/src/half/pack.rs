@@ -1,91 +1,143 @@
-//! Floats rounded to bf16, two in the bits of one float: the first in the upper half.
+//! Floats rounded to bf16 (nearest, even), two in the bits of one float: the first in the lower half.
+//!
+//! The processor's own instructions round: NaN stays NaN, subnormal numbers become zero. All functions panic where
+//! [`supported`](super::supported) is an error.
 
+use super::support::assert_supported;
 use crate::lengths::{at_least, exactly};
-use crate::simd::{Simd, at_level};
 
-/// Returns the nearest bf16 (even among equals) in the upper half of its bits, garbage below; NaN stays NaN.
-#[inline(always)]
-fn rounded(value: f32) -> u32 {
-    let bits = value.to_bits();
-    let up = bits.wrapping_add(0x7fff + ((bits >> 16) & 1));
-    if value.is_nan() { bits | 0x0040_0000 } else { up }
-}
-
-/// Returns two values as one pair.
-#[inline(always)]
-pub(super) fn pair(first: f32, second: f32) -> f32 {
-    f32::from_bits((rounded(first) & 0xffff_0000) | (rounded(second) >> 16))
-}
-
-at_level! {
-    /// Makes pairs of neighbours in rows of `len` values that start `pitch` apart: rows of `len / 2` pairs, rounded up, the
-    /// last with 0 where `len` is odd.
-    pub(crate) fn pair_columns_of_rows(len: usize, pitch: usize, x: &[f32], pairs: &mut [f32]) = columns_at
-}
-
-/// Computes [`pair_columns_of_rows`] with vectors of `S`.
-///
-/// # Safety
-/// The CPU has the features of `S`.
-#[inline(always)]
-unsafe fn columns_at<S: Simd>(len: usize, pitch: usize, x: &[f32], pairs: &mut [f32]) {
+/// Makes pairs of neighbours in rows of `len` values that start `pitch` apart: rows of `len / 2` pairs, rounded up, the
+/// last with 0 where `len` is odd.
+pub(crate) fn pair_columns_of_rows(len: usize, pitch: usize, x: &[f32], pairs: &mut [f32]) {
+    assert_supported();
     let width = len.div_ceil(2);
+    if width == 0 {
+        return;
+    }
+    if pitch == len && len.is_multiple_of(2) {
+        // All rows are one.
+        return neighbours(&x[..pairs.len() / width * len], &mut pairs[..]);
+    }
     for (row, pairs) in pairs.chunks_exact_mut(width).enumerate() {
-        let x = &x[row * pitch..][..len];
-        let (whole, rest) = x.as_chunks::<2>();
-        for (to, &[first, second]) in pairs.iter_mut().zip(whole) {
-            *to = pair(first, second);
-        }
-        if let [last] = rest {
-            pairs[width - 1] = pair(*last, 0.0);
-        }
+        neighbours(&x[row * pitch..][..len], pairs);
     }
 }
 
-at_level! {
-    /// Makes pairs of rows, `len` values each that start `pitch` apart: `rows / 2` rows of pairs, rounded up, the last with
-    /// 0 where `rows` is odd.
-    pub(crate) fn pair_rows(rows: usize, len: usize, pitch: usize, x: &[f32], pairs: &mut [f32]) = rows_at
-}
-
-/// Computes [`pair_rows`] with vectors of `S`.
-///
-/// # Safety
-/// The CPU has the features of `S`.
-#[inline(always)]
-unsafe fn rows_at<S: Simd>(rows: usize, len: usize, pitch: usize, x: &[f32], pairs: &mut [f32]) {
+/// Makes pairs of rows, `len` values each that start `pitch` apart: `rows / 2` rows of pairs, rounded up, the last with
+/// 0 where `rows` is odd.
+pub(crate) fn pair_rows(rows: usize, len: usize, pitch: usize, x: &[f32], pairs: &mut [f32]) {
+    assert_supported();
     at_least("pairs of rows", pairs.len(), rows.div_ceil(2) * len);
-    for (number, pairs) in pairs.chunks_exact_mut(len.max(1)).take(rows.div_ceil(2)).enumerate() {
+    if len == 0 {
+        return;
+    }
+    for (number, pairs) in pairs.chunks_exact_mut(len).take(rows.div_ceil(2)).enumerate() {
         let first = &x[2 * number * pitch..][..len];
-        if 2 * number + 1 < rows {
-            let second = &x[(2 * number + 1) * pitch..][..len];
-            for ((to, &first), &second) in pairs.iter_mut().zip(first).zip(second) {
-                *to = pair(first, second);
-            }
-        } else {
-            pairs.iter_mut().zip(first).for_each(|(to, &first)| *to = pair(first, 0.0));
+        let second = if 2 * number + 1 < rows { &x[(2 * number + 1) * pitch..][..len] } else { &[] };
+        beside(first, second, pairs);
+    }
+}
+
+/// Makes a pair of every value and the one `later` places after it; 0 where there is none.
+pub(crate) fn pair_with_later(later: usize, x: &[f32], pairs: &mut [f32]) {
+    assert_supported();
+    exactly("pairs of values", pairs.len(), x.len());
+    let (both, alone) = x.split_at(x.len().saturating_sub(later));
+    beside(both, &x[x.len() - both.len()..], &mut pairs[..both.len()]);
+    beside(alone, &[], &mut pairs[both.len()..]);
+}
+
+/// Makes pairs of neighbours; the last with 0 where there is an odd number of values.
+fn neighbours(x: &[f32], pairs: &mut [f32]) {
+    exactly("pairs of neighbours", pairs.len(), x.len().div_ceil(2));
+    #[cfg(target_arch = "x86_64")]
+    {
+        // SAFETY: the callers have asserted the features, the line above the lengths.
+        unsafe { neighbours_at(x, pairs) };
+    }
+}
+
+/// Makes pairs of values that lie at the same place of both; with 0 where the second is empty.
+fn beside(first: &[f32], second: &[f32], pairs: &mut [f32]) {
+    exactly("pairs of two rows", pairs.len(), first.len());
+    assert!(second.is_empty() || second.len() == first.len(), "rows of one length are needed");
+    #[cfg(target_arch = "x86_64")]
+    {
+        // SAFETY: the callers have asserted the features, the lines above the lengths.
+        unsafe { beside_at(first, second, pairs) };
+    }
+}
+
+/// Computes [`neighbours`].
+///
+/// # Safety
+/// The CPU has AVX512-BF16 and AVX512-BW; `pairs` holds half as many values as `x`, rounded up.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512bw,avx512bf16")]
+unsafe fn neighbours_at(x: &[f32], pairs: &mut [f32]) {
+    use crate::simd::{Avx512, Simd};
+    use std::arch::x86_64::{__m512, __m512bh, _mm512_cvtne2ps_pbh};
+    const STEP: usize = 2 * Avx512::LANES;
+    // SAFETY: whole steps lie inside both slices, by their lengths; of the rest, only the lanes that are there are touched.
+    unsafe {
+        let (from, to) = (x.as_ptr(), pairs.as_mut_ptr());
+        let rounded = |low, high| std::mem::transmute::<__m512bh, __m512>(_mm512_cvtne2ps_pbh(high, low));
+        let rest = x.len() % STEP;
+        for at in (0..x.len() - rest).step_by(STEP) {
+            let (low, high) = (Avx512::load(from.add(at)), Avx512::load(from.add(at + Avx512::LANES)));
+            Avx512::store(to.add(at / 2), rounded(low, high));
+        }
+        if rest > 0 {
+            let at = x.len() - rest;
+            let low = Avx512::load_first(from.add(at), rest.min(Avx512::LANES));
+            let high = match rest.checked_sub(Avx512::LANES) {
+                Some(more) => Avx512::load_first(from.add(at + Avx512::LANES), more),
+                None => Avx512::splat(0.0),
+            };
+            Avx512::store_first(to.add(at / 2), rounded(low, high), rest.div_ceil(2));
         }
     }
 }
 
-at_level! {
-    /// Makes a pair of every value and the one `later` places after it; 0 where there is none.
-    pub(crate) fn pair_with_later(later: usize, x: &[f32], pairs: &mut [f32]) = later_at
-}
-
-/// Computes [`pair_with_later`] with vectors of `S`.
+/// Computes [`beside`].
 ///
 /// # Safety
-/// The CPU has the features of `S`.
-#[inline(always)]
-unsafe fn later_at<S: Simd>(later: usize, x: &[f32], pairs: &mut [f32]) {
-    exactly("pairs of values", pairs.len(), x.len());
-    let both = x.len().saturating_sub(later);
-    let second = &x[x.len() - both..];
-    for ((to, &first), &second) in pairs[..both].iter_mut().zip(&x[..both]).zip(second) {
-        *to = pair(first, second);
-    }
-    for (to, &first) in pairs[both..].iter_mut().zip(&x[both..]) {
-        *to = pair(first, 0.0);
+/// The CPU has AVX512-BF16 and AVX512-BW; the three are of one length, or `second` is empty.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512bw,avx512bf16")]
+unsafe fn beside_at(first: &[f32], second: &[f32], pairs: &mut [f32]) {
+    use crate::simd::{Avx512, Simd};
+    use std::arch::x86_64::{
+        __m512, __m512bh, __m512i, _mm512_castsi512_ps, _mm512_cvtne2ps_pbh, _mm512_permutexvar_epi16,
+    };
+    /// Lane 2i is value i of the first row, lane 2i + 1 of the second, which lies 16 lanes behind.
+    const ORDER: [u16; 32] = {
+        let mut order = [0; 32];
+        let mut lane = 0;
+        while lane < 32 {
+            order[lane] = (lane / 2 + 16 * (lane % 2)) as u16;
+            lane += 1;
+        }
+        order
+    };
+    // SAFETY: whole vectors lie inside the slices, by their lengths; of the rest, only the lanes that are there are touched.
+    unsafe {
+        let order = std::mem::transmute::<[u16; 32], __m512i>(ORDER);
+        let pair = |first: __m512, second: __m512| {
+            let both = std::mem::transmute::<__m512bh, __m512i>(_mm512_cvtne2ps_pbh(second, first));
+            _mm512_castsi512_ps(_mm512_permutexvar_epi16(order, both))
+        };
+        let rest = first.len() % Avx512::LANES;
+        let (a, b, to) = (first.as_ptr(), second.as_ptr(), pairs.as_mut_ptr());
+        let zero = Avx512::splat(0.0);
+        for at in (0..first.len() - rest).step_by(Avx512::LANES) {
+            let second = if second.is_empty() { zero } else { Avx512::load(b.add(at)) };
+            Avx512::store(to.add(at), pair(Avx512::load(a.add(at)), second));
+        }
+        if rest > 0 {
+            let at = first.len() - rest;
+            let second = if second.is_empty() { zero } else { Avx512::load_first(b.add(at), rest) };
+            Avx512::store_first(to.add(at), pair(Avx512::load_first(a.add(at), rest), second), rest);
+        }
     }
 }

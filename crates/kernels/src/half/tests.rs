@@ -1,8 +1,7 @@
 //! Products against a plain model of rounding and order. They need AVX512-BF16, so `scripts/check` runs them where
 //! `/proc/cpuinfo` names it.
 
-use super::pack::pair;
-use super::{HalfMatrix, multiply};
+use super::{HalfMatrix, multiply, pair_columns_of_rows, pair_rows, pair_with_later};
 use crate::matmul::Matrix;
 
 /// Returns the nearest bf16, by comparing both neighbours.
@@ -28,16 +27,52 @@ pub(crate) fn values(len: usize, salt: u32) -> Vec<f32> {
     std::iter::repeat_with(next).take(len).collect()
 }
 
+/// Returns the two values of a pair.
+fn halves(pair: f32) -> [f32; 2] {
+    [pair.to_bits() << 16, pair.to_bits() & 0xffff_0000].map(f32::from_bits)
+}
+
 #[test]
-fn rounds_to_the_nearest_bf16() {
+#[ignore = "needs avx512_bf16"]
+fn values_are_paired_and_rounded_to_the_nearest_needs_bf16() {
     let halfway = [0x3f80_8000, 0x3f81_8000, 0x3f80_8001, 0x3f80_7fff, 0xbf81_8000].map(f32::from_bits);
-    for value in values(1000, 1).into_iter().chain(halfway).chain([0.0, -0.0, f32::INFINITY]) {
-        let bits = pair(value, value).to_bits();
-        let expected = if value.is_finite() { nearest(value) } else { value };
-        assert_eq!(bits & 0xffff_0000, expected.to_bits(), "{value}");
-        assert_eq!(bits << 16, expected.to_bits(), "{value}");
+    let all: Vec<f32> = values(171, 1)
+        .into_iter()
+        .chain(halfway)
+        .chain([0.0, -0.0, f32::INFINITY, f32::NEG_INFINITY])
+        .collect();
+    let rounded = |value: f32| if value.is_finite() { nearest(value) } else { value };
+    let bits = |values: &[f32]| values.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
+    for len in (0..70).chain([all.len()]) {
+        let expected: Vec<f32> = all[..len].iter().map(|value| rounded(*value)).collect();
+        let mut pairs = vec![9.0; len.div_ceil(2) + 1];
+        pair_columns_of_rows(len, len + 1, &[&all[..len], &[3.0]].concat(), &mut pairs[..len.div_ceil(2)]);
+        let found: Vec<f32> = pairs[..len.div_ceil(2)].iter().flat_map(|pair| halves(*pair)).collect();
+        assert_eq!((bits(&found[..len]), pairs[len.div_ceil(2)]), (bits(&expected), 9.0), "{len} neighbours");
+        assert!(found[len..].iter().all(|value| value.to_bits() == 0), "{len}: a pair is filled with 0");
+
+        // Rows one after the other, of which the last has no second.
+        let rows = [&all[..len], &all[all.len() - len..], &all[..len]].concat();
+        let mut pairs = vec![9.0; 2 * len + 1];
+        pair_rows(3, len, len, &rows, &mut pairs);
+        let (first, second): (Vec<f32>, Vec<f32>) =
+            pairs[..len].iter().map(|pair| halves(*pair)).map(|[first, second]| (first, second)).unzip();
+        let other: Vec<f32> = all[all.len() - len..].iter().map(|value| rounded(*value)).collect();
+        assert_eq!((bits(&first), bits(&second)), (bits(&expected), bits(&other)), "two rows of {len}");
+        let alone: Vec<f32> = pairs[len..2 * len].iter().flat_map(|pair| halves(*pair)).collect();
+        let zeros = expected.iter().flat_map(|value| [*value, 0.0]).collect::<Vec<_>>();
+        assert_eq!((bits(&alone), pairs[2 * len]), (bits(&zeros), 9.0), "a row of {len} alone");
+
+        let mut later = vec![9.0; len];
+        pair_with_later(5, &all[..len], &mut later);
+        for (i, pair) in later.iter().enumerate() {
+            let second = all[..len].get(i + 5).map_or(0.0, |value| rounded(*value));
+            assert_eq!(bits(&halves(*pair)), bits(&[expected[i], second]), "{i} of {len}");
+        }
     }
-    assert!(f32::from_bits(pair(f32::NAN, 0.0).to_bits()).is_nan());
+    let mut nan = [0.0];
+    pair_columns_of_rows(1, 1, &[f32::NAN], &mut nan);
+    assert!(halves(nan[0])[0].is_nan());
 }
 
 #[test]
@@ -50,7 +85,8 @@ fn products_have_the_bits_of_the_model_needs_bf16() {
             for i in 0..m {
                 for j in 0..n {
                     let sum = &mut model[i * n + j];
-                    for p in 0..k {
+                    // The second of a pair is added first.
+                    for p in (0..k).map(|p| p ^ 1).filter(|p| *p < k).chain((k % 2 == 1).then(|| k - 1)) {
                         *sum = nearest(a[i * k + p]).mul_add(nearest(b[p * n + j]), *sum);
                     }
                 }

@@ -46,7 +46,8 @@ impl Product<super::Avx512> for Pairs {
         // SAFETY: the caller has checked AVX512-BF16; the types differ in name alone.
         unsafe {
             let halves = |v| std::mem::transmute::<std::arch::x86_64::__m512, __m512bh>(v);
-            _mm512_dpbf16_ps(c, halves(a), halves(b))
+            // The compiler reads a value that is the same in all lanes from memory only in the last place; kernels have it in `a`.
+            _mm512_dpbf16_ps(c, halves(b), halves(a))
         }
     }
 }

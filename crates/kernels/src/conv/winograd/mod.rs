@@ -17,6 +17,8 @@ use crate::window::Window3;
 
 /// Channels and filters from which on squares pay.
 const WIDE: usize = 16;
+/// The same for squares of bf16, whose products take half as long.
+const WIDE_PAIRED: usize = 32;
 /// The same for lines, whose transforms are shorter.
 const NARROW: usize = 8;
 
@@ -37,29 +39,39 @@ macro_rules! either {
 }
 
 impl Winograd {
-    /// Makes the plan for an ungrouped convolution, where there is one.
-    pub fn new(sizes: &ConvSizes) -> Option<Self> {
+    /// Makes the plan for an ungrouped convolution, where there is one; `paired` with products of bf16.
+    pub fn new(sizes: &ConvSizes, paired: bool) -> Option<Self> {
         let ConvSizes { window, dilation, channels, filters, .. } = *sizes;
         let Window3 { output, kernel, stride, .. } = window;
         if stride != [1; 3] || dilation != [1; 3] {
             return None;
         }
         if kernel == [1, 3, 3] && output[0] == 1 {
-            return Some(Winograd::Square(square::Square::new([output[1], output[2]], channels, filters)));
+            return Some(Winograd::Square(square::Square::new(
+                [output[1], output[2]],
+                channels,
+                filters,
+                paired,
+            )));
+        }
+        if paired {
+            // The factors of lines are up to 5 and 1/24, which bf16 is too coarse for.
+            return None;
         }
         let axis = [1, 0].into_iter().find(|&axis| kernel[axis] == 3)?;
         Some(Winograd::Line(Box::new(line::WinogradLine::new(&window, axis, channels, filters))))
     }
 
     /// Checks whether its transforms cost less than the products that it saves.
-    pub fn pays(sizes: &ConvSizes) -> bool {
+    pub fn pays(sizes: &ConvSizes, paired: bool) -> bool {
         let ConvSizes { window, channels, filters, .. } = *sizes;
+        let wide = if paired { WIDE_PAIRED } else { WIDE };
         if window.kernel != [1, 3, 3] {
             return channels.min(filters) >= NARROW;
         }
         // Weights that do not stay in cache are fetched for every image: it must have tiles for them.
         let tiles = window.output[1].div_ceil(2) * window.output[2].div_ceil(2);
-        channels.min(filters) >= WIDE && (tiles >= 32 || channels * filters <= 128 * 128)
+        channels.min(filters) >= wide && (tiles >= 32 || channels * filters <= 128 * 128)
     }
 
     /// Returns the size of the input with the halo that the tiles cover.
@@ -67,9 +79,17 @@ impl Winograd {
         either!(self, plan => plan.padded(padded))
     }
 
-    /// Returns the number of transformed weights, and of values of their gradient.
+    /// Returns the number of values of the gradient of the transformed weights.
     pub fn weight_len(&self) -> usize {
         either!(self, plan => plan.weight_len())
+    }
+
+    /// Returns the number of packed weights.
+    pub fn packed_len(&self) -> usize {
+        match self {
+            Winograd::Square(square) => square.packed_len(),
+            Winograd::Line(line) => line.weight_len(),
+        }
     }
 
     /// Returns the number of values of scratch for any pass.
