@@ -105,6 +105,49 @@ fn a_force_is_learned_and_predicted_with_its_unit() {
 }
 
 #[test]
+fn other_recordings_give_a_model_of_values_its_intervals() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    presses(&folder.path().join("skin.npz"), 80, 0);
+    presses(&folder.path().join("other.npz"), 60, 5);
+    presses(&folder.path().join("few.npz"), 20, 5);
+    fs::write(folder.path().join("skin.toml"), CONFIG).unwrap();
+    let (plain, fitted) = (at("plain.safetensors"), at("fitted.safetensors"));
+    ends(0, &["fit", &at("skin.toml"), "--network", "k-nn", "--no-calibration", "--output", &plain]);
+    assert!(ends(0, &["inspect", &plain]).contains("no intervals"));
+
+    let card = ends(0, &["calibrate", &plain, &at("other.npz"), "--output", &fitted, "--format", "json"]);
+    let card: Value = serde_json::from_str(&card).unwrap();
+    let intervals = &card["intervals"];
+    assert_eq!(
+        (&intervals["fitted_on"]["samples"], &intervals["fitted_on"]["parts"]),
+        (&60.into(), &"recordings".into())
+    );
+    // Split conformal prediction by hand: the 55th of 60 errors at 90 %, the rank (60 + 1) 0.9 rounded up.
+    let said = ends(0, &["predict", &plain, &at("other.npz"), "--format", "json"]);
+    let said: Value = serde_json::from_str(&said).unwrap();
+    let off = |answer: &Value| {
+        (answer["predicted"]["force"].as_f64().unwrap() - answer["true"][0].as_f64().unwrap()).abs()
+    };
+    let mut errors: Vec<f64> = said["answers"].as_array().unwrap().iter().map(off).collect();
+    errors.sort_by(f64::total_cmp);
+    let half = intervals["at"].as_array().unwrap().iter().find(|at| at["share"] == 0.9).unwrap()["half"][0]
+        .as_f64()
+        .unwrap();
+    assert!((half - errors[54]).abs() < 1e-5, "{half}, {errors:?}");
+
+    let refused = |data: &str| ends(2, &["calibrate", &plain, &at(data), "--output", &at("x.safetensors")]);
+    assert!(refused("few.npz").contains("20 samples; give 30 or more"));
+    assert!(refused("skin.npz").contains("was trained on these recordings"));
+    let x = ArrayD::from_shape_fn(vec![60, 2, 12], |at| at[0] as f32);
+    let mut depths = Dataset::new("skin", Layout::Series, x, &[0; 60]).unwrap();
+    let quantity = Quantity { name: "depth".into(), unit: Some("mm".into()) };
+    depths.targets = Targets::Values(Values::new(vec![quantity], (0..60).map(|i| i as f32).collect()));
+    depths.save(&folder.path().join("depths.npz")).unwrap();
+    assert!(refused("depths.npz").contains("answers force (N), and the recordings have depth (mm)"));
+}
+
+#[test]
 fn an_average_is_a_row_and_ships() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name).to_str().unwrap().to_string();

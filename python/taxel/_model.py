@@ -10,7 +10,7 @@ import numpy as np
 
 from . import _taxel
 from ._arrays import matched, readings
-from ._dataset import of
+from ._dataset import Dataset, of
 
 
 def load(path: str | os.PathLike[str]) -> Model:
@@ -141,15 +141,18 @@ class Model:
         return 1 - familiarity
 
     def calibrated(self, data: Any, y: Any = None, *, groups: Any = None) -> Model:
-        """The same model, as sure as it is right on labelled samples that it has not learned from; nothing is trained. A model
-        of values has no probabilities to be calibrated and refuses.
+        """The same model, as sure as it is right on labelled samples that it has not learned from; a model of values has intervals
+        that are fitted to them. Nothing is trained.
 
         `data` is a :class:`taxel.Dataset`, or samples [samples, ..] with labels `y` [samples] of 30 or more, best of other objects,
         sessions or people than those of the training.
         """
         reading = self.card["reading"]
         task = "values" if self.quantities else "classes"
-        facts = {"task": task, "layout": reading["layout"], "full_scale": reading.get("full_scale"), "groups": groups, "name": "calibration"}
+        facts = {"task": task, "groups": groups, "name": "calibration"}
+        if not isinstance(data, Dataset):
+            quantities = list(zip(self.quantities, self.units)) or None
+            facts |= {"quantities": quantities, "layout": reading["layout"], "full_scale": reading.get("full_scale")}
         return Model(self._native.calibrated(of(data, y, facts)._native))
 
     def _readings(self, x: Any) -> np.ndarray:

@@ -175,13 +175,23 @@ def test_the_command_line_answers_the_same(rocket, command, tmp_path):
         assert answer["interval"]["force"] == pytest.approx(list(ends), rel=1e-5)
 
 
+def test_other_presses_give_a_model_its_intervals(rocket):
+    x, force = presses(60, seed=6)
+    fitted = rocket.model_.calibrated(x, force)
+    off = np.sort(np.abs(fitted.predict(x) - force))
+    low, high = fitted.predict_interval(x, 0.9).T
+    np.testing.assert_allclose((high - low) / 2, off[54], rtol=1e-4, err_msg="the 55th of 60 errors")
+    same = rocket.model_.calibrated(taxel.Dataset(x, force, quantities=[("force", "N")]))
+    assert same.card["intervals"]["at"] == fitted.card["intervals"]["at"]
+
+
 def test_what_models_of_values_and_of_classes_refuse(rocket, mlp, grasps):
     x, force = presses(40, seed=5)
     with pytest.raises(ValueError, match="answers classes"):
         mlp.model_.predict_interval(grasps.x)
     assert mlp.model_.units == [] and mlp.model_.quantities == []
-    with pytest.raises(ValueError, match="only classes have probabilities"):
-        rocket.model_.calibrated(x, force)
+    with pytest.raises(ValueError, match="answers force.*and the recordings have depth"):
+        rocket.model_.calibrated(taxel.Dataset(x, force, quantities=[("depth", "mm")]))
     with pytest.raises(ValueError, match="continuous"):
         mlp.model_.calibrated(grasps.x, np.linspace(0, 1, 60))
     refused = [

@@ -14,6 +14,7 @@ pub(crate) mod memory;
 pub(crate) mod one_hot;
 pub(crate) mod precision;
 pub(crate) mod problems;
+pub(crate) mod quantities;
 pub(crate) mod raw;
 pub(crate) mod rows;
 pub(crate) mod sample_spec;

@@ -5,6 +5,7 @@ use crate::dataset::target_steps::TargetSteps;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::collections::HashMap;
+use std::fmt::{self, Display, Formatter};
 
 /// Parts into which splits cut the range of a value, so that each part of a split holds low and high ones.
 const STRATA: usize = 10;
@@ -18,6 +19,14 @@ pub struct Quantity {
     /// `N`, where it is known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
+}
+
+impl Display for Quantity {
+    /// Writes the name with its unit: `force (N)`.
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.name)?;
+        self.unit.as_ref().map_or(Ok(()), |unit| write!(f, " ({unit})"))
+    }
 }
 
 /// The task of a data set: it names the outputs of a model.

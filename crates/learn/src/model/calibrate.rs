@@ -1,11 +1,11 @@
-//! A model whose probabilities are fitted to labelled recordings that it has not learned from.
+//! A model whose probabilities, or intervals, are fitted to labelled recordings that it has not learned from.
 
 use ndarray::{ArrayRef, IxDyn};
-use taxel_data::Dataset;
+use taxel_data::{Dataset, Quantity, Task};
 
 use super::file::Model;
 use super::marks::known;
-use crate::certainty::{Certainty, HeldOut, HeldOutParts, Place, Seen};
+use crate::certainty::{Certainty, HeldOut, HeldOutParts, HeldOutValues, Intervals, Place, Seen};
 use crate::error::{Error, Result};
 
 impl Model {
@@ -27,10 +27,10 @@ impl Model {
     }
 
     /// Returns the same model with a temperature that is fitted to its answers for raw samples `x` `[n, ..]`, whose labels and
-    /// groups are those of `dataset`. Nothing is trained; an earlier temperature is forgotten.
+    /// groups are those of `dataset`; of values with intervals. Nothing is trained; what was fitted earlier is forgotten.
     ///
     /// # Errors
-    /// A model of values, or in front of the samples that it has learned from; classes that it does not know; fewer than 30
+    /// A model in front of the samples that it has learned from; classes or quantities that it does not know; fewer than 30
     /// samples; samples as [`Model::predict`] refuses them.
     pub fn calibrated(&self, x: &ArrayRef<f32, IxDyn>, dataset: &Dataset) -> Result<Model> {
         let card = self.card();
@@ -47,6 +47,10 @@ impl Model {
                  than of others; give new ones",
                 card.trained_on.marks.len()
             )));
+        }
+        if let Task::Values(quantities) = &card.task {
+            let held = self.held_out_values(quantities, x, dataset)?;
+            return self.with_intervals_on(&held, x, dataset);
         }
         let held = HeldOut { truth: card.labels_of(dataset).map_err(refuse)?, ..HeldOut::default() };
         let plain = self.clone().with_certainty(None);
@@ -70,5 +74,51 @@ impl Model {
             }
             None => Err(refuse(format!("cannot be calibrated on {n} samples; give 30 or more"))),
         }
+    }
+
+    /// Predicts raw samples `x`, whose true values are those of `dataset`.
+    fn held_out_values(
+        &self,
+        quantities: &[Quantity],
+        x: &ArrayRef<f32, IxDyn>,
+        dataset: &Dataset,
+    ) -> Result<HeldOutValues> {
+        let refuse = |reason: String| Error::Calibration { model: self.card().name.clone(), reason };
+        let names = quantities.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
+        let values = dataset.targets.values();
+        let values =
+            values.ok_or_else(|| refuse(format!("answers {names}, and the recordings have classes")))?;
+        let values = values
+            .of_quantities(quantities)
+            .map_err(|here| refuse(format!("answers {names}, and the recordings have {here}")))?;
+        let predictions = self.predictor(self.card().batch(), 1)?.predict(x)?;
+        let groups = dataset.groups.clone();
+        Ok(HeldOutValues {
+            quantities: quantities.len(),
+            truth: values.values().to_vec(),
+            predicted: predictions.outputs,
+            spread: predictions.spread,
+            parts: groups.clone().unwrap_or_else(|| vec![0; dataset.len()]),
+            rows: (0..dataset.len()).collect(),
+            groups,
+        })
+    }
+
+    /// Fits intervals, and the gate of readings, to values of raw samples `x`.
+    fn with_intervals_on(
+        &self,
+        held: &HeldOutValues,
+        x: &ArrayRef<f32, IxDyn>,
+        dataset: &Dataset,
+    ) -> Result<Model> {
+        let card = self.card();
+        let Some(intervals) = Intervals::fit(held, HeldOutParts::Recordings, &dataset.digest) else {
+            let reason = format!("cannot be calibrated on {} samples; give 30 or more", held.len());
+            return Err(Error::Calibration { model: card.name.clone(), reason });
+        };
+        let predictor = self.predictor(card.batch(), 1)?;
+        let kept = predictor.kept(x)?;
+        let readings = (card.spec.layout, &*predictor.mended(&kept));
+        Ok(self.clone().with_intervals(Some(intervals.with_readings(held, readings))))
     }
 }

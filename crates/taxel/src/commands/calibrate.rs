@@ -1,4 +1,4 @@
-//! `taxel calibrate`: probabilities that are right as often as they say.
+//! `taxel calibrate`: probabilities and intervals that are right as often as they say.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -13,11 +13,11 @@ use crate::commands::arguments::paths::check_model_output;
 use crate::terminal::messages::note;
 use crate::{out, outln};
 
-/// Fits the probabilities of a model to labelled recordings that it has not learned from.
+/// Fits the probabilities of a model, or the intervals around its values, to labelled recordings that it has not learned from.
 ///
-/// Nothing is trained and no class becomes another; only how sure the model is changes, and which samples it calls unknown. `taxel
-/// fit RUN` does the same with the test parts of the run, and for early decisions too, which `calibrate` forgets. Give recordings as the model will meet them: of other objects, sessions or people than those of the
-/// training, with their group.
+/// Nothing is trained and no answer becomes another; only how sure the model is changes, and which samples it calls unknown. `taxel
+/// fit RUN` does the same with the test parts of the run, and for early decisions too, which `calibrate` forgets. Give recordings as
+/// the model will meet them: of other objects, sessions or people than those of the training, with their group.
 #[derive(Args)]
 #[command(
     after_help = "Example:  taxel calibrate glove.safetensors new-objects/ --output glove-calibrated.safetensors"

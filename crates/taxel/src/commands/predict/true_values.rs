@@ -2,11 +2,8 @@
 
 use taxel::Predictions;
 use taxel::base::thousands;
-use taxel::data::{Quantity, Targets, Task, Values};
+use taxel::data::{Targets, Task, Values};
 use taxel::learn::metrics::{Metric, Outcome, metrics};
-
-/// Name of values whose array says nothing of them.
-const NAMELESS: &str = "y";
 
 /// True values of recordings, in the order of a model's quantities.
 pub struct TrueValues {
@@ -20,26 +17,13 @@ impl TrueValues {
     /// # Errors
     /// Says what differs, where they are other quantities.
     pub fn new(task: &Task, values: &Values) -> Result<Self, String> {
-        let (wanted, here) = (task.quantities(), values.quantities());
-        let is_nameless = wanted.len() == 1 && here.len() == 1 && here[0].name == NAMELESS;
-        let place = |quantity: &Quantity| {
-            let is_same = |other: &Quantity| {
-                let alike = quantity.unit == other.unit || other.unit.is_none();
-                (is_nameless || quantity.name == other.name) && alike
-            };
-            here.iter().position(is_same)
+        let wanted = task.quantities();
+        let ordered = values.of_quantities(wanted);
+        let refuse = |here: String| {
+            let wanted = wanted.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
+            format!("the recordings have values of {here}, and the model answers {wanted}: nothing is scored")
         };
-        let Some(places) = wanted.iter().map(place).collect::<Option<Vec<usize>>>() else {
-            let names =
-                |quantities: &[Quantity]| quantities.iter().map(with_unit).collect::<Vec<_>>().join(", ");
-            let (here, wanted) = (names(here), names(wanted));
-            return Err(format!(
-                "the recordings have values of {here}, and the model answers {wanted}: nothing is scored"
-            ));
-        };
-        let rows = values.values().chunks_exact(here.len());
-        let ordered = rows.flat_map(|row| places.iter().map(|place| row[*place])).collect();
-        Ok(TrueValues { values: Values::new(wanted.to_vec(), ordered) })
+        Ok(TrueValues { values: ordered.map_err(refuse)? })
     }
 
     /// Returns all of them.
@@ -74,10 +58,4 @@ impl TrueValues {
         let count = thousands(known.len() as u64);
         (!known.is_empty()).then(|| format!("{} over {count} samples", scores.join(", ")))
     }
-}
-
-/// Returns the name of a quantity with its unit: `force (N)`.
-pub fn with_unit(quantity: &Quantity) -> String {
-    let unit = quantity.unit.as_ref().map_or(String::new(), |unit| format!(" ({unit})"));
-    format!("{}{unit}", quantity.name)
 }
