@@ -3,6 +3,8 @@
 #![cfg(unix)]
 #![allow(clippy::unwrap_used, clippy::panic)]
 
+#[path = "support/browser.rs"]
+mod browser;
 #[path = "support/page.rs"]
 mod page;
 #[path = "support/person.rs"]
@@ -179,22 +181,10 @@ fn needs_chromium_that_shows_decisions_as_they_come() {
     assert_eq!(code, 0, "{said}");
     trained(at);
     let (last, served) = served(at, &held);
-    let page = format!("http://{}/", served.host);
-    let arguments = ["--headless", "--no-sandbox", "--disable-gpu", "--timeout=8000", "--dump-dom", &page];
-    // The page is taken as soon as it is there, perhaps before the next decision.
-    let shown = || -> String {
-        let shown = Command::new("chromium").args(arguments).output().unwrap();
-        let shown = String::from_utf8_lossy(&shown.stdout).into_owned();
-        let class = shown.split("id=\"class\"").nth(1).and_then(|rest| rest.split(['>', '<']).nth(1));
-        class.unwrap_or_default().into()
-    };
-    let is_decision = |class: &String| ["slow", "quick"].contains(&class.as_str());
-    let mut classes: Vec<String> = vec![];
-    // Each look lasts a moment, and decisions are a second apart.
-    while !classes.iter().any(is_decision) && classes.len() < 90 {
-        classes.push(shown());
-    }
-    assert!(classes.iter().any(is_decision), "{classes:?}");
+    let page = browser::page_with_decision(&served.host);
+    let class = page.split("id=\"class\"").nth(1).and_then(|rest| rest.split(['>', '<']).nth(1));
+    assert!(class.is_some_and(|class| ["slow", "quick"].contains(&class)), "{class:?}: {page}");
+    assert!(page.contains("thumb") && page.contains("index"), "names of the channels: {page}");
     served.stop();
     drop(last);
 }
