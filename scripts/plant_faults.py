@@ -92,6 +92,13 @@ FAULTS = [
     ("a delay is that of the last call", LEARN + "metrics/detections.rs", "run.iter().find(|row| is_called[**row])", "run.iter().rev().find(|row| is_called[**row])", tests("taxel-learn", "detections")),
     ("the rest of another sample", DATA + "length/ragged.rs", "levels.chunks_exact(inner.max(1)).zip(lengths)", "levels.chunks_exact(inner.max(1)).cycle().skip(outer).zip(lengths)", tests("taxel-data", "tare")),
     ("a fold without a trained class", "crates/learn/src/metrics/table.rs", "if recalls.is_empty() { 0.0 }", "if recalls.is_empty() { f64::NAN }", NOISE),
+    ("a summary is a time step", DATA + "formats/odd_lines.rs", "columns.summary(text, begin, &odd).filter(|_| of_readings)", "columns.summary(text, begin, &odd).filter(|_| false)", tests("taxel-data", "logger_lines")),
+    ("a pause is not said", DATA + "check/rates.rs", "const PAUSE: f64 = 5.0;", "const PAUSE: f64 = 1e9;", tests("taxel-data", "rates")),
+    ("rates that differ are not said", DATA + "check/rates.rs", "const ALIKE: f64 = 0.1;", "const ALIKE: f64 = 1e9;", tests("taxel-data", "rates")),
+    ("labels in disguise", DATA + "formats/table/table.rs", "warnings.extend(doubts_of_labels(&file, &y_names, &all));", "", tests("taxel-data", "decorated")),
+    ("a header that changes", "crates/stream/src/numbers.rs", "is_header(line) && (!self.is_fresh || shared > 0)", "false", tests("taxel-stream", "lib")),
+    ("a late header by place", "crates/stream/src/columns.rs", "if self.model_names.iter().zip(&taken.values).all(is_there) {", "if self.model_names.iter().zip(&taken.values).all(is_there) || true {", tests("taxel-stream", "lib")),
+    ("another rate than that of the stamps", "crates/taxel/src/commands/record/sensor.rs", "Some(rate) if !is_stamped => rate,", "Some(rate) => rate,", tests("taxel", "record")),
 ]
 
 

@@ -147,6 +147,7 @@ fn classes_leave_with_their_code_their_gate_and_what_they_take() {
     ran.says("fit run --network k-nn --output k-nn.safetensors");
     for (command, reason) in [
         ("export k-nn.safetensors --format c --output x", "is a baseline without C"),
+        ("export k-nn.safetensors --format c --output x", "taxel fit RUN --network mini-rocket"),
         ("cost k-nn.safetensors --target m4f", "is a baseline without C"),
         ("cost resnet8-lite-1d.safetensors --target m3", "instructions a product would be needed"),
         ("cost mlp --target m4f", "--target counts a model file"),

@@ -87,6 +87,37 @@ fn a_model_takes_its_z_score_along() {
 }
 
 #[test]
+fn an_export_says_what_has_to_be_taken_off_before() {
+    let folder = tempfile::tempdir().unwrap();
+    let (file, path) = (folder.path().join("model.safetensors"), folder.path().join("own.onnx"));
+    let mut grasps = taxel::simulate("fingertip", 60, 0, &[]).unwrap();
+    grasps.spec.tare = Some(taxel::data::Tare::Recording { steps: 18 });
+    grasps.spec.channel_names = ["thumb", "index", "middle", "ring", "little"].map(String::from).to_vec();
+    let net = Network::new("own");
+    let features =
+        net.input("signal", &[5, 50]).conv_bn_relu("stem", Conv::new(8, 5).same()).global_average_pool();
+    let graph = net.finish(&[("logits", features.linear("fc", 3))]).unwrap();
+    let recipe = Recipe { epochs: 1, batch_size: 16, ..Recipe::default() };
+    let model = taxel::fit(&Candidate::network(graph, recipe), &grasps, &Encoding::default()).unwrap();
+    model.save(&file).unwrap();
+    let words = "the mean of the first 18 readings of its recording";
+    let output = taxel(&["export", text(&file), "--output", text(&path)]);
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(said.contains(words) && said.contains("before it calls the model"), "{said}");
+    let bytes = fs::read(&path).unwrap();
+    for word in ["taxel.tare", "recording:18", "taxel.channels", "middle"] {
+        assert!(bytes.windows(word.len()).any(|window| window == word.as_bytes()), "{word}");
+    }
+    let exported = taxel::export_c(&model, &folder.path().join("c"), None).unwrap();
+    assert!(exported.remarks.iter().any(|remark| remark.contains(words)), "{:?}", exported.remarks);
+    let readme = fs::read_to_string(folder.path().join("c/README.md")).unwrap();
+    assert!(readme.contains(words), "{readme}");
+    let card = good(&["inspect", text(&file)]);
+    assert!(card.contains("channels     thumb, index, middle, ring, little"), "{card}");
+    assert!(card.contains(&format!("less         {words} (tare)")), "{card}");
+}
+
+#[test]
 fn an_encoding_that_onnx_cannot_say_is_named_and_baselines_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let (file, path) = (folder.path().join("model.safetensors"), folder.path().join("own.onnx"));

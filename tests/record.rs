@@ -282,6 +282,32 @@ fn faults_of_channels_are_said_at_once() {
     assert_eq!(files(&at.join("holes")).len(), 2);
 }
 
+#[test]
+fn the_rate_of_a_set_is_that_of_its_time_stamps() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    // A sensor at 96 Hz, whose lines come all at once; somebody takes it for 97 Hz.
+    let line = |t: usize| format!("{:.6},{},{}\n", t as f64 / 96.0, press(t, 0), press(t, 1));
+    let text = format!("time,thumb,index\n{}", (0..2000).map(line).collect::<String>());
+    for (more, output) in [(&[][..], "skin"), (&["--rate", "97"], "other")] {
+        let set =
+            ["record", "--input", "-", "--label", "a", "--seconds", "1", "--count", "2", "--output", output];
+        let (code, _, messages) = piped(at, &[&set[..], more].concat(), &text);
+        assert_eq!(code, 0, "{messages}");
+        let facts: Value =
+            serde_json::from_slice(&fs::read(at.join(output).join("labels.json")).unwrap()).unwrap();
+        assert_eq!(facts["rate"], 96.0, "{messages}");
+        let recording = fs::read_to_string(at.join(output).join("a/session-1/001.csv")).unwrap();
+        assert!(recording.lines().nth(2).unwrap().starts_with("0.01041"), "{recording:.80}");
+    }
+    let set = ["record", "--input", "-", "--label", "a", "--rate", "50", "--output", "third"];
+    let (code, _, messages) = piped(at, &set, &text);
+    assert!(
+        code == 2 && messages.contains("--rate 50: the time stamps of standard input say 96 Hz"),
+        "{messages}"
+    );
+}
+
 /// Starts a recording from a port.
 fn from_port(folder: &Path, port: &str, more: &[&str]) -> Child {
     taxel(folder, &record(&["--serial", port], more)).spawn().unwrap()

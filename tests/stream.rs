@@ -460,3 +460,50 @@ fn a_serial_port_is_read_until_it_is_stopped() {
     stop.store(true, std::sync::atomic::Ordering::Relaxed);
     drop(device.join().unwrap());
 }
+
+#[test]
+fn a_header_that_changes_ends_the_stream_and_names_both() {
+    let all = format!("a,b,c,d,e\n{}b,a,c,d,e\n{}", lines(0..60), lines(60..90));
+    let output = piped(&["--hop", "10"], &all);
+    assert_eq!(output.status.code(), Some(2), "{}", said(&output));
+    assert_eq!(lasts(&output), [49, 59], "what came before is answered");
+    let last = said(&output).lines().last().unwrap_or_default().to_string();
+    let want = "line 62: the names of the columns change: expected a, b, c, d, e, as before, and found b, a, c, d, e";
+    assert!(last.starts_with("error: standard input: ") && last.contains(want), "{last}");
+    let more = format!("a,b,c,d,e\n{}a,b,c,d,e,f\n{}", lines(0..60), lines(60..90));
+    assert_eq!(piped(&[], &more).status.code(), Some(2));
+    // A device that starts again sends the same header, and messages are no header.
+    let again = format!("a,b,c,d,e\n{}OVERFLOW\na,b,c,d,e\n{}", lines(0..60), lines(60..90));
+    assert_eq!(summary(&piped(&[], &again))["readings"], 90);
+}
+
+/// Fits a model to recordings in class folders, whose channels have names.
+fn named_model(folder: &Path) -> PathBuf {
+    for (class, scale) in [("soft", 1.0), ("hard", 3.0)] {
+        fs::create_dir_all(folder.join("set").join(class)).unwrap();
+        for file in 0..10 {
+            let line = |t: usize| format!("{},{}\n", scale * value(t + file, 0), value(t, 1 + file % 3));
+            let text = format!("thumb,index\n{}", (0..TICKS).map(line).collect::<String>());
+            fs::write(folder.join("set").join(class).join(format!("{file}.csv")), text).unwrap();
+        }
+    }
+    let (config, model) = (folder.join("c.toml"), folder.join("m.safetensors"));
+    fs::write(&config, CONFIG.replace("scene = \"fingertip\"\nsamples = 60", "path = \"set\"")).unwrap();
+    let output = taxel(&["fit", text(&config), "--output", text(&model)]).output().unwrap();
+    assert!(output.status.success(), "{}", said(&output));
+    model
+}
+
+#[test]
+fn sensors_are_named_where_the_model_knows_their_names() {
+    let folder = tempfile::tempdir().unwrap();
+    let model = named_model(folder.path());
+    let press = folder.path().join("press.csv");
+    let line = |t: usize| format!("0,{}\n", value(t, 0));
+    fs::write(&press, format!("index,thumb\n{}", (0..TICKS).map(line).collect::<String>())).unwrap();
+    let output = taxel(&["stream", text(&model), "--input", text(&press)]).output().unwrap();
+    assert_eq!(decisions(&output)[0]["dead"], serde_json::json!(["index"]), "{}", said(&output));
+    let inspected = taxel(&["inspect", text(&model)]).output().unwrap();
+    let card = String::from_utf8(inspected.stdout).unwrap();
+    assert!(card.contains("channels     thumb, index"), "{card}");
+}

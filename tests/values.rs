@@ -551,3 +551,45 @@ fn events_of_time_steps_have_delays_and_false_alarms() {
     let card = ends(0, &["data", "check", &at("slips.csv"), "--event", "speed<1", "--length", "window:3,1"]);
     assert!(card.contains("speed < 1"), "{card}");
 }
+
+/// Runs and returns what was said on standard error.
+fn says(arguments: &[&str]) -> String {
+    let output = Command::cargo_bin("taxel").unwrap().args(arguments).output().unwrap();
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{arguments:?}: {error}");
+    error
+}
+
+#[test]
+fn few_groups_promise_no_interval_for_a_new_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    let skin = folder.path().join("skin.npz");
+    let config = CONFIG.replace("networks = []", "networks = []\nbaselines = [\"ridge\"]");
+    let config = format!("{config}[protocol]\nkind = \"k-fold\"\nfolds = 3\nsplit = \"group\"\n");
+    fs::write(folder.path().join("skin.toml"), config).unwrap();
+    for (groups, is_few) in [(3, true), (12, false)] {
+        presses(&skin, 84, 0);
+        let mut dataset = taxel::load(&skin, &taxel::ReadOptions::default()).unwrap();
+        dataset.groups = Some((0..84).map(|i| i % groups).collect());
+        dataset.group_name = Some("session".into());
+        dataset.save(&skin).unwrap();
+        let (run, model) = (at(&format!("run-{groups}")), at("m.safetensors"));
+        ends(0, &["run", &at("skin.toml"), "--output", &run]);
+        let said = says(&["fit", &run, "--network", "ridge", "--output", &model]);
+        let words = "with 3 groups 90 % cannot be promised for a new one, which needs 9 groups";
+        assert_eq!(said.contains(&format!("warning: intervals of ridge: {words}")), is_few, "{said}");
+        let card = ends(0, &["inspect", &model]);
+        assert_eq!(card.contains(words), is_few, "{card}");
+        let asked = says(&["predict", &model, &at("skin.npz"), "--set", "0.8"]);
+        assert_eq!(
+            asked.contains("80 % cannot be promised for a new one, which needs 4 groups"),
+            is_few,
+            "{asked}"
+        );
+        ends(0, &["report", &run]);
+        let page = fs::read_to_string(format!("{run}/report.html")).unwrap();
+        let caption = "With 3 groups nothing can be promised at 90 % for a new one, which needs 9";
+        assert_eq!(page.contains(caption), is_few, "{groups} groups");
+    }
+}

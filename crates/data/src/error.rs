@@ -125,7 +125,7 @@ pub enum Error {
     #[error("{file}: line {line} has {got} columns, line {first_line} has {want}")]
     RaggedCsv { file: String, line: u64, got: usize, first_line: u64, want: usize },
     #[error("{file}: line {line}, column {column}: {text:?} is not a number{hint}")]
-    CsvNumber { file: String, line: u64, column: usize, text: String, hint: &'static str },
+    CsvNumber { file: String, line: u64, column: usize, text: String, hint: String },
 
     // Augmentation.
     #[error("{key} = {value}: {expected}")]

@@ -203,6 +203,8 @@ pub(crate) struct Recorded {
     pub rate: Option<f64>,
     /// How files were taken, for the card.
     pub read_as: Vec<String>,
+    /// Doubts about the files, and how to fix each.
+    pub warnings: Vec<String>,
     /// Columns that are no channels, and why.
     pub ignored: Vec<String>,
     /// Topics that were read.
@@ -225,6 +227,7 @@ impl Recorded {
             origins,
             rate: None,
             read_as: vec![],
+            warnings: vec![],
             ignored: vec![],
             topics: vec![],
             depth: None,

@@ -38,6 +38,8 @@ pub struct RecordingFacts {
     pub layout: Option<Layout>,
     /// Names of all channels in the order of the files; empty where they name none.
     pub channel_names: Vec<String>,
+    /// Doubts that arose when the files were read, such as pauses in a recording, and how to fix each.
+    pub warnings: Vec<String>,
 }
 
 impl RecordingFacts {
@@ -51,6 +53,7 @@ impl RecordingFacts {
             full_scale: facts.full_scale,
             layout: facts.layout,
             channel_names: raw.channel_names.clone(),
+            warnings: raw.warnings.clone(),
         }
     }
 }

@@ -89,6 +89,20 @@ impl Tare {
             Tare::Array(name) => Some(name),
         }
     }
+
+    /// Says what is taken off each reading: `the mean of the first 18 readings of its recording`. None where nothing is.
+    pub fn words(&self) -> Option<String> {
+        match self {
+            Tare::Recording { steps: 1 } => Some("the first reading of its recording".into()),
+            Tare::Recording { steps } => {
+                Some(format!("the mean of the first {steps} readings of its recording"))
+            }
+            Tare::Array(name) => {
+                Some(format!("the resting values of its recording, in training those of the array {name:?}"))
+            }
+            Tare::Off => None,
+        }
+    }
 }
 
 impl Display for Tare {

@@ -8,8 +8,8 @@ use common::{f32s, files, i64s, npz, refused, samples};
 use ndarray::ArrayD;
 use std::path::Path;
 use taxel_data::{
-    Dataset, Drop, Layout, Npz, Quantity, ReadOptions, TargetNames, Targets, Task, TaskKind, Values, check,
-    check_with, load,
+    Dataset, Drop, Layout, Npz, Quantity, ReadOptions, TargetNames, TargetOf, Targets, Task, TaskKind,
+    Values, check, check_with, load,
 };
 use tempfile::tempdir;
 
@@ -228,7 +228,7 @@ fn whole_numbers_are_classes_unless_the_task_says_values() {
 fn fractions_are_no_classes() {
     let folder = tempdir().unwrap();
     let root = folder.path();
-    let path = npz(root, &[("x", samples(3)), ("y", f32s(&[3], &[0.0, 1.0, 0.0]))]);
+    let path = npz(root, &[("x", samples(3)), ("y", f32s(&[3], &[0.0, 1.5, 0.0]))]);
     let options = ReadOptions { task: Some(TaskKind::Classes), ..ReadOptions::default() };
     let message = refused(&path, &options);
     assert!(message.contains("y: holds floats, which are values, and task = \"classes\""), "{message}");
@@ -238,6 +238,30 @@ fn fractions_are_no_classes() {
     let both = as_values(ReadOptions { attribute: Some(0), ..ReadOptions::default() });
     let message = refused(&path, &both);
     assert!(message.contains("attribute: speaks of classes, and task = \"values\""), "{message}");
+}
+
+#[test]
+fn whole_floats_are_classes_where_the_task_says_so() {
+    let folder = tempdir().unwrap();
+    let root = folder.path();
+    let options = ReadOptions { task: Some(TaskKind::Classes), ..ReadOptions::default() };
+    let path = npz(root, &[("x", samples(4)), ("y", f32s(&[4], &[2.0, 0.0, 1.0, 0.0]))]);
+    assert!(matches!(load(&path, &ReadOptions::default()).unwrap().task(), Task::Values(_)));
+    let data = load(&path, &options).unwrap();
+    assert_eq!(data.output_names(), ["0", "1", "2"]);
+    assert_eq!(data.labels().unwrap().values(), [2, 0, 1, 0]);
+    let negative = npz(root, &[("x", samples(4)), ("y", f32s(&[4], &[-1.0, 0.0, 1.0, 0.0]))]);
+    assert!(refused(&negative, &options).contains("is negative"), "as whole numbers are");
+    files(
+        root,
+        &[("t.csv", "a,label\n1,0.0\n2,1.0\n3,2.0\n"), ("t.classes.json", r#"["soft", "mid", "hard"]"#)],
+    );
+    assert_eq!(load(&root.join("t.csv"), &options).unwrap().output_names(), ["soft", "mid", "hard"]);
+    // One of the labels of each time step.
+    let steps =
+        ReadOptions { target: Some(TargetOf::Step), length: Some("window:2,1".parse().unwrap()), ..options };
+    let path = npz(root, &[("x", samples(2)), ("y", f32s(&[2, 3], &[0.0, 1.0, 1.0, 0.0, 0.0, 1.0]))]);
+    assert_eq!(load(&path, &steps).unwrap().labels().unwrap().values(), [1, 1, 0, 1]);
 }
 
 #[test]

@@ -38,6 +38,8 @@
 
 mod channels;
 mod columns;
+#[cfg(test)]
+mod columns_tests;
 mod contact;
 mod decider;
 mod error;

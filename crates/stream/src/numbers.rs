@@ -7,6 +7,8 @@ use crate::fault::Fault;
 
 /// Letters of a line that a message shows.
 const SHOWN: usize = 40;
+/// What separates fields before blanks do, the first that is there.
+const SEPARATORS: [char; 3] = [',', ';', '\t'];
 /// Names that a message lists.
 const SHOWN_NAMES: usize = 16;
 
@@ -16,6 +18,10 @@ pub(crate) struct Names {
     names: Vec<String>,
     /// Names of the numbers: under a key of several, each with its place.
     of_numbers: Vec<String>,
+    /// Nothing was read since they were named; a line of units may follow.
+    is_fresh: bool,
+    /// They are those of a header, and not the words of a message.
+    is_sure: bool,
 }
 
 /// The numbers of the last line.
@@ -32,20 +38,75 @@ pub(crate) struct LineNumbers {
 
 impl Names {
     /// Checks whether a line names the columns: the first that is no blank (`first`), without any number, or the same again.
-    pub fn are_named(&mut self, line: &str, first: bool) -> bool {
+    ///
+    /// # Errors
+    /// Other names than before: what follows are other channels.
+    pub fn are_named(&mut self, line: &str, first: bool) -> Result<bool, Fault> {
         if line.starts_with(['[', '{']) {
-            return false;
-        }
-        if !self.names.is_empty() {
-            return fields(line).eq(self.names.iter().map(String::as_str));
+            return Ok(false);
         }
         // A first time step of two numbers may be 0,1 too.
-        let named = first && (are_names(line) || fields(line).count() > 2 && numbers_columns(fields(line)));
-        if named {
-            self.names = fields(line).map(str::to_string).collect();
-            self.of_numbers = self.names.clone();
+        let begins = || are_names(line) || fields(line).count() > 2 && numbers_columns(fields(line));
+        if self.names.is_empty() {
+            if first && begins() {
+                self.name(line);
+            }
+            return Ok(!self.names.is_empty());
         }
-        named
+        if fields(line).eq(self.names.iter().map(String::as_str)) {
+            self.is_fresh = true;
+            return Ok(true);
+        }
+        // Words of a program that starts, before the header.
+        if first && is_header(line) && !self.is_sure {
+            self.name(line);
+            return Ok(true);
+        }
+        let shared = fields(line).filter(|field| self.names.iter().any(|name| name == field)).count();
+        // Without separators, words may be a sentence: `thumb lost`.
+        let (known, has_separator) = (self.names.len(), line.contains(SEPARATORS));
+        let is_alike = if has_separator { 2 * shared >= known } else { known > 1 && shared >= known };
+        let is_other =
+            is_header(line) && (!self.is_fresh || shared > 0) || are_names(line) && shared > 0 && is_alike;
+        if !is_other {
+            return Ok(false);
+        }
+        Err(self.changed(fields(line)))
+    }
+
+    /// Refuses an object whose numbers lie under other keys than before. A message, such as `{"uptime": 5}`, has fewer.
+    fn refuse_other_keys(&self, object: &serde_json::Map<String, Value>) -> Result<(), Fault> {
+        if self.names.iter().all(|name| object.contains_key(name)) {
+            return Ok(());
+        }
+        let found = object.iter().filter(|(_, value)| value.is_number() || count(value) > 0);
+        let found: Vec<&String> = found.map(|(key, _)| key).collect();
+        let known = found.iter().filter(|key| self.names.contains(key)).count();
+        if known == found.len() || known == 0 && found.len() != self.names.len() {
+            return Ok(());
+        }
+        Err(self.changed(found.into_iter().map(String::as_str)))
+    }
+
+    /// Says that what follows has other names.
+    fn changed<'n>(&self, found: impl Iterator<Item = &'n str>) -> Fault {
+        let (expected, found) = (listed(self.names.iter().map(String::as_str)), listed(found));
+        Fault::Names(format!(
+            "the names of the columns change: expected {expected}, as before, and found {found}; end the stream there and begin \
+             another one, or send one header throughout"
+        ))
+    }
+
+    /// Takes the fields of a line as names.
+    fn name(&mut self, line: &str) {
+        self.names = fields(line).map(str::to_string).collect();
+        self.of_numbers = self.names.clone();
+        (self.is_fresh, self.is_sure) = (true, is_header(line));
+    }
+
+    /// Notes that a line of numbers was read.
+    pub fn used(&mut self) {
+        self.is_fresh = false;
     }
 
     /// Returns the names of the numbers; none of lines without names.
@@ -68,11 +129,10 @@ impl Names {
 
     /// Lists the names for a message.
     pub fn held(&self) -> String {
-        match self.of_numbers.len().saturating_sub(SHOWN_NAMES) {
-            _ if self.of_numbers.is_empty() => "columns have no names".into(),
-            0 => format!("there are {}", self.of_numbers.join(", ")),
-            more => format!("there are {} and {more} more", self.of_numbers[..SHOWN_NAMES].join(", ")),
+        if self.of_numbers.is_empty() {
+            return "columns have no names".into();
         }
+        format!("there are {}", listed(self.of_numbers.iter().map(String::as_str)))
     }
 
     /// Takes the names of an object whose keys hold numbers.
@@ -104,6 +164,31 @@ impl Names {
 
     fn get(&self, at: usize) -> Option<&str> {
         self.of_numbers.get(at).map(String::as_str)
+    }
+}
+
+/// Checks whether a line can only be a header: different names of one word between separators, perhaps each with its unit, and no
+/// number. `OL,OL` is none.
+pub(crate) fn is_header(line: &str) -> bool {
+    let word = |field: &str| {
+        let name = field.trim_end_matches([']', ')']).split(['[', '(']).next().unwrap_or_default().trim();
+        name.starts_with(|c: char| c.is_alphabetic() || c == '_') && !name.contains(char::is_whitespace)
+    };
+    let all: Vec<&str> = fields(line).filter(|field| !field.is_empty()).collect();
+    let is_new = |(at, field): (usize, &&str)| !all[..at].contains(field);
+    line.contains(SEPARATORS)
+        && are_names(line)
+        && all.len() > 1
+        && all.iter().all(|field| word(field))
+        && all.iter().enumerate().all(is_new)
+}
+
+/// Lists the first names for a message.
+pub(crate) fn listed<'n>(names: impl Iterator<Item = &'n str>) -> String {
+    let all: Vec<&str> = names.collect();
+    match all.len().saturating_sub(SHOWN_NAMES) {
+        0 => all.join(", "),
+        more => format!("{} and {more} more", all[..SHOWN_NAMES].join(", ")),
     }
 }
 
@@ -145,6 +230,7 @@ impl LineNumbers {
                 if names.names.is_empty() {
                     names.take(&object, &is_time);
                 }
+                names.refuse_other_keys(&object)?;
                 for name in &names.names {
                     let value =
                         object.get(name).ok_or_else(|| Fault::Malformed(format!("it has no {name:?}")))?;
@@ -225,8 +311,8 @@ fn no_number(at: usize, field: &str) -> Fault {
 }
 
 /// Splits a line into fields, by commas where there are any, else by semicolons, tabs or blanks.
-fn fields(line: &str) -> impl Iterator<Item = &str> {
-    let separator = [',', ';', '\t'].into_iter().find(|separator| line.contains(*separator));
+pub(crate) fn fields(line: &str) -> impl Iterator<Item = &str> {
+    let separator = SEPARATORS.into_iter().find(|separator| line.contains(*separator));
     let split = separator.map(|separator| line.split(separator).map(str::trim));
     let blanks = separator.is_none().then(|| line.split_whitespace());
     split.into_iter().flatten().chain(blanks.into_iter().flatten())

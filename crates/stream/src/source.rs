@@ -108,6 +108,7 @@ pub fn start(
         StreamSource::Path(path) => {
             let rank = settings.spec.layout.rank();
             let (mut recordings, facts) = whole_recordings(&path, &settings.options, rank)?;
+            facts.warnings.iter().for_each(|words| say(words));
             if !settings.as_is {
                 convert(&path, &settings.spec, &facts, &mut recordings, &say)?;
             }

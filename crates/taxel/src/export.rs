@@ -29,6 +29,8 @@ pub struct Exported {
     pub inputs: Vec<ExportedInput>,
     /// Names of the outputs in their order: logits and, where they follow, `probabilities`, or `values`; of a model with a gate `distance`.
     pub outputs: Vec<String>,
+    /// What a program has to do before it calls the model, beside the encoding of inputs.
+    pub remarks: Vec<String>,
 }
 
 /// An input of an exported model.
@@ -130,7 +132,17 @@ fn written(
     if has_readings && !outputs.iter().any(|name| name == READINGS_DISTANCE) {
         outputs.push(READINGS_DISTANCE.into());
     }
-    Ok(Exported { inputs, outputs })
+    Ok(Exported { inputs, outputs, remarks: tare_remark(card).into_iter().collect() })
+}
+
+/// Says what a program has to take off its readings before it calls an exported model; none of a model that reads what the sensor
+/// gives.
+pub(crate) fn tare_remark(card: &Card) -> Option<String> {
+    let words = card.spec.tare.as_ref()?.words()?;
+    Some(format!(
+        "The model was trained on readings less their level at rest, and the export does not take it off. Your program has to: from \
+         each channel of every reading it takes off {words}, before it calls the model."
+    ))
 }
 
 /// Returns how an input of a network is read.
@@ -155,8 +167,8 @@ fn linear(card: &Card, fitted: &Fitted, series: [usize; 2]) -> Result<Linear> {
     let refuse = |reason: &str| Error::Export { model: card.name.clone(), reason: reason.into() };
     let Some(LinearModel { features, weights: rows, bias }) = fitted.linear() else {
         return Err(refuse(
-            "is a baseline that ONNX cannot say; networks, MiniRocket and ridge can be exported: use the model with \
-             `taxel predict`",
+            "is a baseline that ONNX cannot say; networks, MiniRocket and ridge can be exported: fit one of these from the run \
+             (taxel fit RUN --network mini-rocket), or use this model with `taxel predict`",
         ));
     };
     let width = rows.len() / bias.len().max(1);
@@ -216,7 +228,7 @@ fn facts(
     inputs: &[ExportedInput],
     has_readings: bool,
 ) -> Vec<(String, String)> {
-    let SampleSpec { unit, rate, full_scale, .. } = &card.spec;
+    let SampleSpec { unit, rate, full_scale, tare, channel_names, .. } = &card.spec;
     let classes = match &card.task.attributes()[..] {
         [] => json!(card.task.quantities()),
         [one] => json!(one.classes),
@@ -252,6 +264,11 @@ fn facts(
     let limits: serde_json::Map<_, _> =
         limits.filter_map(|(name, limit)| Some((name.to_string(), json!(limit?)))).collect();
     facts.extend((!limits.is_empty()).then(|| (UNKNOWN_BEYOND.to_string(), json!(limits).to_string())));
+    let tare = tare.iter().filter(|tare| tare.words().is_some());
+    facts.extend(tare.map(|tare| ("taxel.tare".to_string(), tare.to_string())));
+    facts.extend(
+        (!channel_names.is_empty()).then(|| ("taxel.channels".to_string(), json!(channel_names).to_string())),
+    );
     facts.extend(unit.iter().map(|unit| ("taxel.unit".to_string(), unit.clone())));
     facts.extend(rate.iter().map(|rate| ("taxel.rate_hz".to_string(), rate.to_string())));
     facts.extend(full_scale.iter().map(|full| ("taxel.full_scale".to_string(), full.to_string())));

@@ -128,8 +128,8 @@ fn network(model: &Model, graph: &Graph) -> Result<Blueprint> {
 /// Returns the linear model of a baseline.
 fn linear<'f>(card: &Card, fitted: &'f Fitted) -> Result<Method<'f>> {
     let Some(LinearModel { features, weights, bias }) = fitted.linear() else {
-        let reason = "is a baseline without C; networks, MiniRocket and ridge have one: `taxel choose` names the \
-                      smallest that suffices";
+        let reason = "is a baseline without C; networks, MiniRocket and ridge have one: fit one of these from the run (taxel fit RUN \
+                      --network mini-rocket), or ask `taxel choose RUN --max-flash 256k` for the smallest that suffices";
         return Err(refusal(card, reason.into()));
     };
     let features = match features {
@@ -315,11 +315,10 @@ fn remarks(card: &Card, answers: &Answers) -> Vec<String> {
     if has_gate && !matches!(answers, Answers::Classes { gate: Some(_), .. }) {
         remarks.push("The model's gate is not in the C: it does not say whether a sample is like those of the training.".into());
     }
-    if card.spec.length.is_some() || card.spec.tare.is_some() {
-        remarks.push(
-            "A sample has to be cut to its length, and resting values taken off, before it is predicted."
-                .into(),
-        );
+    if let Some(rule) = &card.spec.length {
+        remarks
+            .push(format!("A sample has to be cut to its length ({}) before it is predicted.", rule.key()));
     }
+    remarks.extend(crate::export::tare_remark(card));
     remarks
 }

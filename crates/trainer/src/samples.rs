@@ -201,6 +201,7 @@ pub fn simulated(name: &str, without: &[String], scene: Scene) -> Dataset {
         origins: (0..scene.y.len()).map(|i| format!("{name}[{i}]")).collect(),
         x: scene.x,
         dropped: vec![],
+        warnings: vec![],
         row_hash: vec![],
         dtype: "f32".into(),
         digest,

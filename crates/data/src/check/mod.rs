@@ -9,6 +9,7 @@ pub(crate) mod describe;
 pub(crate) mod drift;
 pub(crate) mod duplicates;
 pub(crate) mod quantities;
+pub(crate) mod rates;
 pub(crate) mod shortcut;
 pub(crate) mod value_confounds;
 pub(crate) mod values;

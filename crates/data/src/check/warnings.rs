@@ -20,7 +20,7 @@ const SOME: usize = 5;
 
 /// Returns the warnings about `data`, whose card is complete but for them; `sets` are its exact copies.
 pub(crate) fn warnings(card: &Card, data: &Dataset, sets: &[Vec<usize>]) -> Vec<String> {
-    let mut warnings = Vec::new();
+    let mut warnings = data.warnings.clone();
     of_copies(card, data, sets, &mut warnings);
     if !card.constant_taxels.is_empty() {
         warnings.push(format!(

@@ -98,6 +98,7 @@ pub(crate) fn assemble(mut raw: Raw, options: &ReadOptions) -> Result<Checked> {
         units: Some(rows.units()),
         origins: rows.origins(&raw),
         dropped,
+        warnings: raw.warnings,
         row_hash: if readings.is_some() { hash_rows(&x) } else { rows.hashes() },
         dtype: raw.dtype,
         name: raw.name,

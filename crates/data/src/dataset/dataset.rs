@@ -45,6 +45,8 @@ pub struct Dataset {
     /// Origins of the rows left out by [`ReadOptions::drop`](crate::ReadOptions::drop), and of recordings shorter than a
     /// window.
     pub dropped: Vec<String>,
+    /// Doubts that arose when the files were read, such as pauses in a recording, and how to fix each; no part of the content.
+    pub warnings: Vec<String>,
     /// Hash of each sample as it is trained on: of its values in `x`. Empty where there can be no copies.
     pub row_hash: Vec<RowHash>,
     /// Type of the stored values: `<f4`, `|u1`, `csv`, `png/jpeg u8`.
@@ -190,6 +192,7 @@ impl Dataset {
             units: self.units.as_ref().map(take),
             origins: rows.iter().map(|&row| self.origins[row].clone()).collect(),
             dropped: self.dropped.clone(),
+            warnings: self.warnings.clone(),
             row_hash: match self.row_hash.as_slice() {
                 [] => vec![],
                 hashes => rows.iter().map(|&row| hashes[row]).collect(),

@@ -57,6 +57,7 @@ impl Dataset {
             units: Some(duplicates::units(&row_hash)),
             origins: (0..samples).map(|i| format!("x[{i}]")).collect(),
             dropped: vec![],
+            warnings: vec![],
             row_hash,
             dtype: "<f4".into(),
             digest: String::new(),

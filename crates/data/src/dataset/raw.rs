@@ -57,6 +57,8 @@ pub(crate) struct Raw {
     pub ignored: Vec<String>,
     /// How the file was read, where it could be read otherwise, for people.
     pub read_as: Vec<String>,
+    /// Doubts about the files that may spoil a score, and how to fix each, for people.
+    pub warnings: Vec<String>,
     /// Roles of the columns of a table.
     pub table: Option<TableOptions>,
     /// Topics of bags that were read.
@@ -91,6 +93,7 @@ impl Default for Raw {
             others: vec![],
             ignored: vec![],
             read_as: vec![],
+            warnings: vec![],
             table: None,
             topics: vec![],
             is_folder: false,

@@ -1,9 +1,12 @@
 //! Reads CSV recordings: rows are time, columns channels.
 
+use crate::check::rates;
 use crate::dataset::precision::Precision;
 use crate::formats::clock::Timing;
 use crate::formats::stamps::{Mended, Stamp, StampRule, TOO_MANY};
 use crate::formats::table::column_kind::numbers_columns;
+use crate::formats::table::file_doubts::FileDoubts;
+use crate::formats::table::filled_in::NoNumbers;
 use crate::formats::table::options::Clock;
 use crate::formats::table::recording_columns::RecordingColumns;
 use crate::formats::table::text_columns::{TableRow, TableText};
@@ -55,8 +58,8 @@ fn read(root: &Path, found: &FoundFiles, options: &ReadOptions) -> Result<Record
         None => CsvSet::of(found, options, false)?,
     };
     let set = set.ok_or_else(|| Error::NoSamples { at: at.clone() })?;
-    let origin = |path: &PathBuf| path.strip_prefix(root).unwrap_or(path).display().to_string();
-    let origins = found.files.iter().map(origin).collect();
+    let name = |path: &PathBuf| path.strip_prefix(root).unwrap_or(path).display().to_string();
+    let origins = found.files.iter().map(name).collect();
     let Some(first) = set.first else { return Err(Error::NoSamples { at }) };
     if let Some(lossy) = set.precision.lossy() {
         let name = first.names.get(lossy.channel).map_or(String::new(), |name| format!(" {name:?}"));
@@ -70,6 +73,8 @@ fn read(root: &Path, found: &FoundFiles, options: &ReadOptions) -> Result<Record
             format!("time stamps are {:e} s apart and give no rate; {how}", timing.step),
         ));
     }
+    let mut warnings = set.doubts.said();
+    warnings.extend(rates::doubts(&at, &set.timed.stamps(), |row| name(&found.files[row])));
     let x = set.timed.into_recordings(timing, &[], &at, options)?;
     let mut read_as = set.read_as;
     read_as.extend(set.mended.said());
@@ -77,6 +82,7 @@ fn read(root: &Path, found: &FoundFiles, options: &ReadOptions) -> Result<Record
     Ok(Recorded {
         rate: timing.map(|timing| timing.rate()),
         read_as,
+        warnings,
         ignored: set.left_out,
         channel_names: first.names,
         ..Recorded::of(x, "csv".into(), Some(Layout::Series), origins)
@@ -94,6 +100,7 @@ struct CsvSet {
     read_as: Vec<String>,
     /// Columns that are no channels, and why.
     left_out: Vec<String>,
+    doubts: FileDoubts,
     /// A file without a header, and one whose first line numbers the columns, were there.
     has_unnamed: bool,
     has_numbered: bool,
@@ -176,6 +183,10 @@ impl CsvSet {
         };
         said.iter().for_each(|said| add(&mut self.read_as, said));
         columns.left_out.iter().for_each(|said| add(&mut self.left_out, said));
+        table.left_out.iter().for_each(|words| self.doubts.add("lines", words.clone()));
+        for (number, words) in columns.doubts.iter().enumerate() {
+            self.doubts.add(&format!("text {number}"), words.clone());
+        }
     }
 
     /// Reads the rows of a file, and counts them.
@@ -185,7 +196,7 @@ impl CsvSet {
         columns: &RecordingColumns,
         options: &ReadOptions,
     ) -> Result<usize> {
-        let (mut rows, mut rule) = (0, StampRule::default());
+        let (mut rows, mut rule, mut missing) = (0, StampRule::default(), NoNumbers::default());
         self.timed.width = columns.channels.len();
         table.rows(|row: TableRow| {
             if let Some((at, clock)) = columns.time {
@@ -196,6 +207,7 @@ impl CsvSet {
             }
             for (channel, at) in columns.channels.iter().enumerate() {
                 let value = row.number(*at)?;
+                missing.add(value, || row.place());
                 self.precision.see(channel, row.long_number(*at)?, value);
                 self.timed.values.push(value);
             }
@@ -214,6 +226,7 @@ impl CsvSet {
             let mended = rule.finish().map_err(|count| table.refuse(format!("{count} {TOO_MANY}; {how}")))?;
             self.mended.add(mended);
         }
+        missing.said().iter().for_each(|words| self.doubts.add("NaN", format!("{}: {words}", table.file)));
         self.timed.rows.push(rows);
         Ok(rows)
     }

@@ -1,5 +1,7 @@
-//! Reads text tables as loggers and spreadsheets write them: with a line `sep=;`, and separators at the end of lines.
+//! Reads text tables as loggers and spreadsheets write them: with a line `sep=;`, lines that are no rows, and separators at the end of
+//! lines.
 
+use crate::formats::odd_lines::without_odd_lines;
 use crate::formats::table::separators::Separators;
 use crate::formats::text::read_text;
 use crate::options::Limits;
@@ -11,23 +13,40 @@ pub(crate) struct CsvText {
     pub text: String,
     /// The separator that the file says in its first line (`sep=;`).
     pub said: Option<u8>,
+    /// The lines that are no rows, for people.
+    pub left_out: Option<String>,
 }
 
 impl CsvText {
     /// Reads a file.
     pub fn read(path: &Path, limits: &Limits) -> Result<Self> {
+        Self::read_as(path, limits, true)
+    }
+
+    /// Reads a file that lists something, of which no row is a message.
+    pub fn read_list(path: &Path, limits: &Limits) -> Result<Self> {
+        Self::read_as(path, limits, false)
+    }
+
+    fn read_as(path: &Path, limits: &Limits, of_readings: bool) -> Result<Self> {
         let text = read_text(path, limits)?;
-        Self::of(text).map_err(|why| Error::file(path, why))
+        let table = Self::of(text, of_readings).map_err(|why| Error::file(path, why))?;
+        let left_out = table.left_out.map(|words| format!("{}: {words}", path.display()));
+        Ok(Self { left_out, ..table })
     }
 
     /// Takes a text, or says why it is no table and how to fix it.
-    pub fn of(text: String) -> Result<Self, String> {
+    fn of(text: String, of_readings: bool) -> Result<Self, String> {
         let (said, text) = match said(&text) {
             // Its line stays, empty: messages count lines.
             Some((separator, end)) => (Some(separator), text[end..].to_string()),
             None => (None, text),
         };
-        let mut table = Self { text, said };
+        let (text, left_out) = match without_odd_lines(&text, said, of_readings) {
+            Some(without) => (without.text, Some(without.said)),
+            None => (text, None),
+        };
+        let mut table = Self { text, said, left_out };
         if let Some((line, cell)) = table.labelled() {
             return Err(format!(
                 "line {line} holds cells of a label and a value, such as {cell:?}; write the labels once, as a first line \
@@ -121,7 +140,7 @@ mod tests {
     use super::*;
 
     fn read(text: &str) -> (String, u8) {
-        let table = CsvText::of(text.into()).unwrap();
+        let table = CsvText::of(text.into(), true).unwrap();
         (table.text.clone(), table.separator())
     }
 
@@ -155,14 +174,14 @@ mod tests {
     #[test]
     fn cells_of_label_and_value_are_refused_with_a_way_out() {
         for text in ["t:12,x:0.5\nt:13,x:0.6\n", "\nt:12\tx:0.5\n", "force:1e3\n"] {
-            let message = CsvText::of(text.into()).err().unwrap();
+            let message = CsvText::of(text.into(), true).err().unwrap();
             assert!(
                 message.contains("a label and a value") && message.contains("first line of names"),
                 "{message}"
             );
         }
         for text in ["12:30,1\n", "a:b,c\n", "t:12,x\n"] {
-            assert!(CsvText::of(text.into()).is_ok(), "{text}");
+            assert!(CsvText::of(text.into(), true).is_ok(), "{text}");
         }
     }
 }

@@ -5,6 +5,7 @@ use crate::dataset::channel_names::numbered;
 use crate::formats::json_time_step::TimeStep;
 use crate::formats::table::column_kind::{ColumnCells, ColumnKind};
 use crate::formats::table::column_name::ColumnName;
+use crate::formats::table::decorated::DecoratedCells;
 use crate::formats::table::options::{Clock, TableOptions};
 use crate::formats::table::time_text;
 
@@ -18,6 +19,8 @@ pub(crate) struct JsonColumns {
     channels: Vec<usize>,
     /// Keys that are no channels, and why.
     pub left_out: Vec<String>,
+    /// Keys of text whose values look like numbers.
+    pub doubts: Vec<String>,
 }
 
 impl JsonColumns {
@@ -29,11 +32,23 @@ impl JsonColumns {
         model: &[String],
     ) -> Result<Result<Self, String>> {
         let Some((line, first)) = steps.next().transpose()? else {
-            return Ok(Ok(Self { names: vec![], time: None, channels: vec![], left_out: vec![] }));
+            return Ok(Ok(Self {
+                names: vec![],
+                time: None,
+                channels: vec![],
+                left_out: vec![],
+                doubts: vec![],
+            }));
         };
         let is_array = matches!(first.names.as_slice(), [(name, _)] if name.is_empty());
         if is_array {
-            return Ok(Ok(Self { names: first.names, time: None, channels: vec![0], left_out: vec![] }));
+            return Ok(Ok(Self {
+                names: first.names,
+                time: None,
+                channels: vec![0],
+                left_out: vec![],
+                doubts: vec![],
+            }));
         }
         let texts = first.texts.iter().map(|(name, _)| (name.clone(), 0));
         let keys: Vec<(String, usize)> = first.names.iter().cloned().chain(texts).collect();
@@ -41,11 +56,16 @@ impl JsonColumns {
             return Ok(Err(why));
         }
         let mut cells: Vec<ColumnCells> = keys.iter().map(|(name, _)| ColumnCells::new(Some(name))).collect();
+        let mut decorated: Vec<DecoratedCells> = keys.iter().map(|_| DecoratedCells::default()).collect();
         let mut add = |line: usize, step: &TimeStep| {
             let mut is_open = false;
-            for ((name, _), cells) in keys.iter().zip(&mut cells).filter(|(_, cells)| cells.is_open()) {
+            let columns = keys.iter().zip(cells.iter_mut().zip(&mut decorated));
+            for ((name, _), (cells, decorated)) in columns.filter(|(_, (cells, _))| cells.is_open()) {
                 match (step.text(name), step.number(name)) {
-                    (Some(text), _) => cells.add(line as u64, text, None),
+                    (Some(text), _) => {
+                        cells.add(line as u64, text, None);
+                        decorated.add(text, || format!("line {line}"));
+                    }
                     (None, Some(number)) => cells.add(line as u64, "", Some(number)),
                     (None, None) => {}
                 }
@@ -58,8 +78,19 @@ impl JsonColumns {
             is_open = add(line, &step);
         }
         let kinds = cells.into_iter().map(ColumnCells::kind);
-        Ok(Self { names: first.names, time: None, channels: vec![], left_out: vec![] }
-            .with(keys, kinds, options, model))
+        let doubts = keys.iter().zip(&decorated);
+        let doubts = doubts.map(|((name, _), cells)| (name.clone(), cells.of_text("key", name))).collect();
+        Ok(Self { names: first.names, time: None, channels: vec![], left_out: vec![], doubts: vec![] }
+            .with(keys, kinds, options, model)
+            .map(|found| found.doubting(doubts)))
+    }
+
+    /// Keeps the doubts about keys that are passed over as text.
+    fn doubting(mut self, doubts: Vec<(String, Option<String>)>) -> Self {
+        let is_text = |name: &String| self.left_out.contains(&format!("key {name:?} (text)"));
+        self.doubts =
+            doubts.into_iter().filter(|(name, _)| is_text(name)).filter_map(|(_, words)| words).collect();
+        self
     }
 
     /// Gives the keys their roles.

@@ -1,5 +1,6 @@
 //! Reads recordings in JSON Lines, a time step per line: an object of columns by name, or an array of numbers.
 
+use crate::check::rates;
 use crate::dataset::precision::{Precision, is_rounded_whole};
 use crate::formats::clock::Timing;
 use crate::formats::json_columns::JsonColumns;
@@ -69,6 +70,9 @@ fn read(root: &Path, found: &FoundFiles, options: &ReadOptions) -> Result<Record
         let why = "its time stamps give no rate; end the key of the time with its unit, such as t_ms";
         return Err(Error::file(at, why));
     }
+    let first = found.files.first().map_or(String::new(), |path| path.display().to_string());
+    let mut warnings: Vec<String> = columns.doubts.iter().map(|words| format!("{first}: {words}")).collect();
+    warnings.extend(rates::doubts(&at, &timed.stamps(), |row| origins[row].clone()));
     let x = timed.into_recordings(timing, &[], &at, options)?;
     let mut read_as = vec![format!("lines of JSON: {}", columns.described())];
     read_as.extend(mended.said());
@@ -76,6 +80,7 @@ fn read(root: &Path, found: &FoundFiles, options: &ReadOptions) -> Result<Record
     Ok(Recorded {
         rate: timing.map(|timing| timing.rate()),
         read_as,
+        warnings,
         channel_names,
         ignored: columns.left_out,
         ..Recorded::of(x, "json".into(), Some(Layout::Series), origins)

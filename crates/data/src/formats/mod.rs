@@ -26,6 +26,7 @@ pub(crate) mod npy;
 pub(crate) mod npy_file;
 pub(crate) mod npy_text;
 pub(crate) mod npz;
+pub(crate) mod odd_lines;
 #[cfg(feature = "parquet")]
 pub(crate) mod parquet_cells;
 #[cfg(feature = "parquet")]

@@ -14,8 +14,8 @@ use crate::targets::texts::TextTargets;
 use crate::{Error, Result};
 
 /// Why arrays of floats are no classes.
-const NO_CLASSES: &str = "holds floats, which are values, and task = \"classes\" takes whole numbers and texts; leave task \
-                          out to learn values, or save an integer array";
+const NO_CLASSES: &str = "holds floats, which are values, and task = \"classes\" takes whole numbers (0.0 and 1.0 too) and texts; \
+                          leave task out to learn values, or round them";
 
 /// Targets, as labels or as values.
 #[derive(Default)]
@@ -53,6 +53,13 @@ enum Holds {
     Floats,
     Whole,
     Texts,
+}
+
+/// Takes whole floats as labels: 0.0, 1.0 and 2.0 are classes for whoever calls them so.
+fn as_labels(read: &ArrayTargets, values: &[f32], width: usize) -> ArrayTargets {
+    let values = values.iter().map(|value| *value as i64).collect();
+    let labels = StoredLabels { values, columns: width.max(1), names: None };
+    ArrayTargets { labels, values: None, steps: read.steps }
 }
 
 impl TargetArrays<'_> {
@@ -93,6 +100,9 @@ impl TargetArrays<'_> {
             return self.labels(archive);
         }
         if options.task == Some(TaskKind::Classes) {
+            if self.arrays.len() == 1 && is_whole() {
+                return Ok(as_labels(&read, values, width));
+            }
             return Err(Error::file(archive.at(&self.arrays[0].join(" with ")), NO_CLASSES));
         }
         Ok(read)

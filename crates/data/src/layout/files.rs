@@ -92,6 +92,7 @@ pub(crate) fn read(place: &Place, found: FoundFiles, options: &ReadOptions) -> R
         official,
         ignored: [found.ignored, recorded.ignored].concat(),
         read_as: [found.read_as, recorded.read_as].concat(),
+        warnings: recorded.warnings,
         topics: recorded.topics,
         channel_names: recorded.channel_names,
         is_folder: true,

@@ -28,7 +28,7 @@ pub(crate) fn read(root: &Path, top: &Listing, options: &ReadOptions) -> Result<
             format!("{why}; write a first line file,label or file,label,group and a line per recording"),
         )
     };
-    let table = CsvText::read(&path, &options.limits)?;
+    let table = CsvText::read_list(&path, &options.limits)?;
     let mut reader = csv_reader(&table.text, table.separator(), true);
     let csv = Error::csv(&file);
     let columns = LabelTableColumns::of(reader.headers().map_err(&csv)?, options).map_err(refuse)?;
@@ -40,6 +40,7 @@ pub(crate) fn read(root: &Path, top: &Listing, options: &ReadOptions) -> Result<
         return Err(refuse("has no rows".into()));
     }
     let mut found = rows.found(columns).map_err(refuse)?;
+    found.read_as.extend(table.left_out.iter().cloned());
     let listed: HashSet<&PathBuf> = found.files.iter().collect();
     let unlisted: Vec<_> =
         top.files.iter().filter(|file| **file != path && !listed.contains(file)).cloned().collect();

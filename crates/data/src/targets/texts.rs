@@ -1,6 +1,7 @@
 //! Decides whether targets that are texts are values or names of classes.
 
 use crate::dataset::labels::as_values;
+use crate::formats::table::number_form::NumberForm;
 use crate::options::ReadOptions;
 use crate::targets::options::TaskKind;
 
@@ -42,7 +43,8 @@ impl TextTargets<'_> {
                     }
                     _ => "task = \"values\" takes numbers".into(),
                 };
-                format!("{place}: {name:?} is {text:?}, which is no number, and {why}; correct it, or name another with y")
+                let form = NumberForm::of(text).map_or(String::new(), |form| format!(" (it {})", form.hint()));
+                format!("{place}: {name:?} is {text:?}, which is no number, and {why}; correct it{form}, or name another with y")
             }),
         }
         };

@@ -293,6 +293,7 @@ impl Display for Certainty {
             write!(f, "; 90 % sets covered {covered:.1} %")?;
             set.worst_group.map_or(Ok(()), |worst| write!(f, ", {:.1} in the worst group", 100.0 * worst))?;
             write!(f, ", {size:.2} classes")?;
+            self.fitted_on.unpromised(set.share).map_or(Ok(()), |words| write!(f, "; {words}"))?;
         }
         let gate = if self.has_gate() { "says unknown" } else { "does not say unknown" };
         write!(f, "; {gate}")?;

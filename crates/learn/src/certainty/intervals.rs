@@ -216,11 +216,12 @@ impl Display for Intervals {
         let FittedOn { samples, groups, .. } = &self.fitted_on;
         write!(f, "intervals fitted on {samples} held-out predictions")?;
         groups.map_or(Ok(()), |groups| write!(f, " of {groups} groups"))?;
-        let Some(IntervalAt { covered, worst_group, width, .. }) = self.at(0.9) else { return Ok(()) };
+        let Some(IntervalAt { share, covered, worst_group, width, .. }) = self.at(0.9) else { return Ok(()) };
         write!(f, "; those of 90 % covered {:.1} %", 100.0 * covered)?;
         worst_group.map_or(Ok(()), |worst| write!(f, ", {:.1} in the worst group", 100.0 * worst))?;
         let widths: Vec<String> = width.iter().map(|width| format!("{width:.3}")).collect();
         write!(f, ", mean width {}", widths.join(" and "))?;
+        self.fitted_on.unpromised(*share).map_or(Ok(()), |words| write!(f, "; {words}"))?;
         let gate = if self.readings.is_some() { "says unknown" } else { "does not say unknown" };
         write!(f, "; {gate}")
     }

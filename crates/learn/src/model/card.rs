@@ -8,7 +8,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 use taxel_base::thousands;
-use taxel_data::{Dataset, SampleSpec, Source, Task};
+use taxel_data::{Dataset, SampleSpec, Source, Tare, Task};
 use taxel_graph::{Graph, Loss};
 use taxel_guard::Guard;
 
@@ -308,13 +308,22 @@ impl Card {
 
     /// Writes what it reads, and which inputs it makes of that.
     fn write_inputs(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let SampleSpec { layout, shape, length, topics, unit, rate, full_scale, .. } = &self.spec;
+        let SampleSpec { layout, shape, length, topics, unit, rate, full_scale, table, .. } = &self.spec;
         let sizes: Vec<String> = shape.iter().map(usize::to_string).collect();
         let mut reading = format!("{layout}, {}: {}", layout.axes(), sizes.join(" × "));
         unit.iter().for_each(|unit| reading += &format!(", in {unit}"));
         rate.iter().for_each(|rate| reading += &format!(", {rate} Hz"));
         full_scale.iter().for_each(|full| reading += &format!(", full scale {full}"));
         line(f, "reads", reading)?;
+        let columns = || table.as_ref().map_or(&[][..], |table| table.columns.as_slice());
+        let names =
+            Some(&self.spec.channel_names[..]).filter(|names| !names.is_empty()).unwrap_or_else(columns);
+        if !names.is_empty() {
+            line(f, "channels", shortened(names))?;
+        }
+        if let Some(words) = self.spec.tare.as_ref().and_then(Tare::words) {
+            line(f, "less", format!("{words} (tare)"))?;
+        }
         if let Some(rule) = length {
             line(f, "recordings", rule.key())?;
         }

@@ -82,6 +82,7 @@ impl Export {
             outln!("input `{name}` [batch, {}]: {takes}", sizes(&shape));
         }
         outln!("outputs: {}", exported.outputs.join(", "));
+        exported.remarks.iter().for_each(|remark| note(format!("note: {remark}")));
         Ok(ExitCode::SUCCESS)
     }
 
@@ -127,7 +128,7 @@ impl Export {
             encoded: Some("what the network reads (no encoding is known)"),
         };
         let outputs = graph.outputs().iter().map(|(name, _)| name.clone()).collect();
-        Ok(Exported { inputs: graph.inputs().map(input).collect(), outputs })
+        Ok(Exported { inputs: graph.inputs().map(input).collect(), outputs, remarks: vec![] })
     }
 }
 

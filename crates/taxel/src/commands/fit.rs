@@ -14,6 +14,7 @@ use taxel::learn::{FoldRecord, HUB_LIBRARY, Results, Score, Tuning};
 use taxel::{Dataset, Experiment, Model, Overrides, ReadOptions, Registry, RunFolder, RunOptions};
 
 use crate::CommandResult;
+use crate::commands::arguments::certainty::{USUAL, unpromised};
 use crate::commands::arguments::model_recordings::ModelRecordings;
 use crate::commands::arguments::option_hints::with_option_hint;
 use crate::commands::arguments::output_format::OutputFormat;
@@ -21,7 +22,7 @@ use crate::commands::arguments::paths::check_model_output;
 use crate::commands::arguments::threads::Threads;
 use crate::commands::judging::choice;
 use crate::terminal::interrupt::{GRACE, INTERRUPTED, flag};
-use crate::terminal::messages::{detail, note};
+use crate::terminal::messages::{detail, note, warn};
 use crate::terminal::progress::progress;
 use crate::{out, outln};
 
@@ -112,6 +113,7 @@ impl Fit {
         }
         let training = if self.path.is_dir() { self.of_run(&registry)? } else { self.of_config(&registry)? };
         let Training { experiment, dataset, name, score, certainty, intervals, quantized } = training;
+        dataset.warnings.iter().for_each(warn);
         detail(format!("{name} on {} samples, digest {}", dataset.x.shape()[0], dataset.digest));
         let runner = Runner { experiment: &experiment, registry: &registry, dataset: &dataset };
         let threads = Some(self.threads.count()?);
@@ -137,6 +139,8 @@ impl Fit {
             Some(certainty) => model.with_certainty_of(certainty, &dataset)?,
             None => model.with_certainty(None),
         };
+        // The share that `predict` and `stream` take where nobody says another.
+        unpromised(model.card(), USUAL).iter().for_each(warn);
         let written = self.write(&model)?;
         taxel::learn::forget(&session)?;
         Ok(written)

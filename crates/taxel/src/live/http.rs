@@ -3,11 +3,11 @@
 //! A server of the standard library and no crate: there are three answers to `GET`, none has a body in the request, and each
 //! connection needs a time limit on writing, so that a browser that is blocked is let go. `tiny_http` sets none.
 
-use std::io::{BufRead, BufReader, Read, Write};
+use std::io::{BufRead, BufReader, ErrorKind, Read, Write};
 use std::net::{IpAddr, TcpListener, TcpStream};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use super::hub::{Got, Hub};
 
@@ -15,7 +15,7 @@ use super::hub::{Got, Hub};
 const CONNECTIONS: usize = 16;
 /// Bytes of a request.
 const REQUEST: u64 = 8 << 10;
-/// Time in which a request has to come, and an answer has to be taken.
+/// Time in which a whole request has to come, and an answer has to be taken.
 const PATIENCE: Duration = Duration::from_secs(5);
 /// Time without an event after which a comment keeps the connection open, and shows who has gone.
 const QUIET: Duration = Duration::from_secs(2);
@@ -75,15 +75,19 @@ impl Drop for Connection {
 }
 
 fn answer(stream: &TcpStream, hub: &Hub, is_too_many: bool) -> std::io::Result<()> {
-    stream.set_read_timeout(Some(PATIENCE))?;
     stream.set_write_timeout(Some(PATIENCE))?;
     stream.set_nodelay(true)?;
     let refuse = |status: &str, why: &str| plain(stream, status, "text/plain; charset=utf-8", why);
     if is_too_many {
         return refuse("503 Service Unavailable", "too many viewers; close some\n");
     }
-    let Some(request) = read_request(stream)? else {
-        return refuse("400 Bad Request", "not a request that this page answers\n");
+    let request = match read_request(UntilThen { stream, end: Instant::now() + PATIENCE }) {
+        Ok(Some(request)) => request,
+        Ok(None) => return refuse("400 Bad Request", "not a request that this page answers\n"),
+        Err(error) if is_late(&error) => {
+            return refuse("408 Request Timeout", "the request was not complete in time\n");
+        }
+        Err(error) => return Err(error),
     };
     if !request.host.as_deref().is_some_and(is_own_host) {
         return refuse("421 Misdirected Request", "ask for the page by its IP address, or by localhost\n");
@@ -96,6 +100,30 @@ fn answer(stream: &TcpStream, hub: &Hub, is_too_many: bool) -> std::io::Result<(
         "/events" => events(stream, hub),
         _ => refuse("404 Not Found", "there is / and /events\n"),
     }
+}
+
+/// Reads a connection until a moment, however slowly its bytes come: a limit for each byte would let one client after the other
+/// keep a connection open for hours.
+struct UntilThen<'s> {
+    stream: &'s TcpStream,
+    end: Instant,
+}
+
+impl Read for UntilThen<'_> {
+    fn read(&mut self, into: &mut [u8]) -> std::io::Result<usize> {
+        let left = self.end.saturating_duration_since(Instant::now());
+        // A limit of nothing would be none.
+        if left.is_zero() {
+            return Err(ErrorKind::TimedOut.into());
+        }
+        self.stream.set_read_timeout(Some(left))?;
+        self.stream.read(into)
+    }
+}
+
+/// Checks whether a read ended for its time limit; systems name that differently.
+fn is_late(error: &std::io::Error) -> bool {
+    matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::WouldBlock)
 }
 
 /// The head of a request.
@@ -239,6 +267,32 @@ mod tests {
         ] {
             assert_eq!(read(wrong), None, "{wrong:.40}");
         }
+    }
+
+    #[test]
+    fn a_request_has_to_be_complete_in_time() {
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let mut client = TcpStream::connect(listener.local_addr().unwrap()).unwrap();
+        let (stream, _) = listener.accept().unwrap();
+        // A byte now and then, each long before the end.
+        let slow = std::thread::spawn(move || {
+            let mut sent = 0;
+            for byte in b"GET / HTTP/1.1\r\nHost: localhost\r\nX: ".iter().chain([b'x'; 200].iter()) {
+                if client.write_all(&[*byte]).is_err() {
+                    break;
+                }
+                sent += 1;
+                std::thread::sleep(Duration::from_millis(20));
+            }
+            sent
+        });
+        let begin = Instant::now();
+        let end = begin + Duration::from_millis(400);
+        let error = read_request(UntilThen { stream: &stream, end }).unwrap_err();
+        assert!(is_late(&error), "{error:?}");
+        assert!(begin.elapsed() < Duration::from_secs(3), "{:?}", begin.elapsed());
+        drop(stream);
+        assert!(slow.join().unwrap() < 200);
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! Reads bags of ROS 2: chosen topics of each become one recording at equal steps of time.
 
+use crate::check::rates;
 use crate::formats::bag::path::is_bag;
 use crate::formats::bag::topics;
 use crate::formats::bag::tracks::{Track, tracks};
@@ -155,6 +156,7 @@ fn collected(
     }
     let timing = Timing::of(&timed.stamps(), options.stamped);
     read_as.extend(timing.map(|timing| timing.to_string()));
+    let warnings = rates::doubts(file, &timed.stamps(), |row| all[row].name.clone());
     let (layout, shape) = match shape {
         [_, _] => (Layout::Sequence, shape),
         _ => (Layout::Series, &[][..]),
@@ -166,6 +168,7 @@ fn collected(
     Ok(Recorded {
         rate,
         read_as,
+        warnings,
         topics,
         channel_names: names,
         depth,

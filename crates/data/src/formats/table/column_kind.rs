@@ -4,7 +4,7 @@
 //! are refused, since a channel would be missing without a word.
 
 use crate::formats::table::column_name::{ColumnName, INDEX_WHY};
-use crate::formats::table::number_form::{NumberForm, is_missing};
+use crate::formats::table::number_form::{NumberForm, is_filled_in};
 use crate::formats::table::options::Clock;
 use crate::formats::table::time_text;
 use std::collections::HashSet;
@@ -89,7 +89,7 @@ impl ColumnCells {
             }
             return;
         }
-        if is_missing(cell) {
+        if is_filled_in(cell) {
             self.missing += usize::from(!cell.is_empty());
             return;
         }
@@ -252,6 +252,10 @@ mod tests {
         assert_eq!(kind("force", &["", "1.5", "2"]), ColumnKind::Channel);
         assert_eq!(kind("force", &["", ""]), ColumnKind::LeftOut(EMPTY));
         assert_eq!(kind("force", &["", "?"]), ColumnKind::Text);
+        assert!(
+            matches!(kind("force", &["OL", "1.5 N"]), ColumnKind::Disguised(_)),
+            "out of range is no text"
+        );
         assert_eq!(kind("object", &["can", "2"]), ColumnKind::Channel, "its first cell is refused");
         assert_eq!(kind("object", &["can", "1,5"]), ColumnKind::Text);
         let Disguised { line, cell, form } = match kind("force", &["-", "1,5", "2,5"]) {

@@ -1,9 +1,11 @@
 //! Reads the long form of a table: the rows of a recording are its time steps.
 
+use crate::check::rates;
 use crate::dataset::precision::Precision;
 use crate::formats::clock::Timing;
 use crate::formats::stamps::{Mended, Stamp, StampRule, TOO_MANY};
 use crate::formats::table::columns::TableColumns;
+use crate::formats::table::filled_in::NoNumbers;
 use crate::formats::table::label_changes::{LabelChanges, StepLabels};
 use crate::formats::table::options::Clock;
 use crate::formats::table::recording::TableRecording;
@@ -22,6 +24,8 @@ pub(crate) struct LongTable {
     pub mended: Mended,
     /// The labels of each row, where those of a recording change.
     pub steps: Option<StepLabels>,
+    /// Doubts about time stamps and filled-in cells.
+    pub doubts: Vec<String>,
 }
 
 /// Reads all recordings, in the order in which they begin, as `[C, T]`, or as `[T, H, W]` where a row has a shape: where
@@ -34,7 +38,7 @@ pub(crate) fn read(
 ) -> Result<LongTable> {
     let mut gathered = Gathered::of(table, columns, channels, options)?;
     let mended = gathered.mended()?;
-    let Gathered { recordings, mut timed, changes, .. } = gathered;
+    let Gathered { recordings, mut timed, changes, missing, .. } = gathered;
     if let Some((_, clock)) = columns.time {
         timed.stamps.iter_mut().for_each(|stamp| *stamp /= clock.per_second());
     }
@@ -45,11 +49,16 @@ pub(crate) fn read(
         return Err(table.refuse(format!("{why}, being {:e} s apart; {how}", timing.step)));
     }
     let steps = changes.of_rows(&recordings, &timed);
+    let mut doubts: Vec<String> =
+        missing.said().map(|words| format!("{}: {words}", table.file)).into_iter().collect();
+    doubts.extend(rates::doubts(&table.file, &timed.stamps(), |row| {
+        format!("recording {:?}", recordings[row].name)
+    }));
     if recordings.is_empty() {
-        return Ok(LongTable { recordings, x: None, timing, mended, steps });
+        return Ok(LongTable { recordings, x: None, timing, mended, steps, doubts });
     }
     let x = timed.into_recordings(timing, &columns.shape, &table.file, options)?;
-    Ok(LongTable { recordings, x: Some(x), timing, mended, steps })
+    Ok(LongTable { recordings, x: Some(x), timing, mended, steps, doubts })
 }
 
 /// The recordings of a table while its rows are read.
@@ -68,6 +77,7 @@ struct Gathered<'t> {
     precision: Precision,
     /// Rows whose labels differ from those before.
     changes: LabelChanges,
+    missing: NoNumbers,
 }
 
 impl<'t> Gathered<'t> {
@@ -91,6 +101,7 @@ impl<'t> Gathered<'t> {
             runs: vec![],
             precision: Precision::default(),
             changes: LabelChanges::default(),
+            missing: NoNumbers::default(),
         };
         let rows = table.likely_rows(channels.len());
         // Growing step by step would take twice the memory in the end.
@@ -143,6 +154,7 @@ impl<'t> Gathered<'t> {
         }
         for (place, channel) in self.channels.iter().enumerate() {
             let value = row.number(*channel)?;
+            self.missing.add(value, || row.place());
             if table.is_wide(*channel) {
                 self.precision.see(place, row.long_number(*channel)?, value);
             }

@@ -2,6 +2,7 @@
 
 use crate::dataset::channel_names::{listed, places};
 use crate::formats::table::column_kind::ColumnKind;
+use crate::formats::table::decorated::doubts_of_texts;
 use crate::formats::table::options::Clock;
 use crate::formats::table::text_columns::TableText;
 use crate::options::ReadOptions;
@@ -14,6 +15,8 @@ pub(crate) struct RecordingColumns {
     pub channels: Vec<usize>,
     /// Columns that are no channels, and why, for the card.
     pub left_out: Vec<String>,
+    /// Columns of text whose cells look like numbers.
+    pub doubts: Vec<String>,
 }
 
 impl RecordingColumns {
@@ -37,7 +40,8 @@ impl RecordingColumns {
             Some(name) => Some(position(table, name, "table.time")?),
             None => None,
         };
-        let mut found = Self { time: None, channels: vec![], left_out: vec![] };
+        let mut found = Self { time: None, channels: vec![], left_out: vec![], doubts: vec![] };
+        let mut texts = vec![];
         for (at, kind) in open.into_iter().zip(kinds) {
             let is_wanted = wanted.as_ref().is_some_and(|wanted| wanted.contains(&at));
             let is_time = named == Some(at);
@@ -62,13 +66,17 @@ impl RecordingColumns {
                 ColumnKind::Channel => found.channels.push(at),
                 ColumnKind::Time(_) => found.leave_out(table, at, "time"),
                 ColumnKind::LeftOut(why) => found.leave_out(table, at, why),
-                ColumnKind::Text | ColumnKind::Disguised(_) => found.leave_out(table, at, "text"),
+                ColumnKind::Text | ColumnKind::Disguised(_) => {
+                    texts.push(at);
+                    found.leave_out(table, at, "text");
+                }
             }
         }
         found.left_out.extend(ignored.iter().map(|at| format!("column {:?}", table.header[*at])));
         if let Some(wanted) = wanted {
             found.channels = wanted;
         }
+        found.doubts = doubts_of_texts(table, &texts)?;
         if found.channels.is_empty() {
             return Err(no_channels(table)?);
         }

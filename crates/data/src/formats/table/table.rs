@@ -6,6 +6,7 @@ use crate::dataset::raw::{NamedColumn, Names, Raw, SampleFacts, name_of};
 use crate::formats::clock::Timing;
 use crate::formats::stamps::Mended;
 use crate::formats::table::columns::{TableColumns, recording_in};
+use crate::formats::table::decorated::{doubts_of_labels, doubts_of_texts};
 use crate::formats::table::long::{self, LongTable};
 use crate::formats::table::options::{TableForm, TableOptions};
 use crate::formats::table::recording::TableRecording;
@@ -125,7 +126,7 @@ pub(crate) fn read(
     let channels = columns.rest.clone();
     refuse_shape(table, &columns, channels.len())?;
     let (names, mut facts) = beside;
-    let LongTable { recordings: mut all, x, timing, mended, mut steps } = match columns.form {
+    let LongTable { recordings: mut all, x, timing, mended, mut steps, doubts } = match columns.form {
         TableForm::Wide => wide(table, &columns, &channels, options)?,
         TableForm::Long => long::read(table, &columns, &channels, options)?,
     };
@@ -144,6 +145,11 @@ pub(crate) fn read(
     let stored = StoredTargets { table, all: &all, names: &y_names };
     let TableTargets { y, names, values, steps } =
         stored.read(steps.as_ref(), timing, (names, &facts), options)?;
+    let mut warnings: Vec<String> = table.left_out.iter().cloned().chain(doubts).collect();
+    warnings.extend(doubts_of_texts(table, &texts)?);
+    if values.is_none() && facts.quantities.is_none() {
+        warnings.extend(doubts_of_labels(&file, &y_names, &all));
+    }
     let y_name = if y_names.is_empty() { "label".into() } else { y_names.join(", ") };
     let values_are = values.as_ref().and_then(|values| values_said(values.quantities(), options));
     let read_as = described(table, &columns, channels.len(), timing).into_iter().chain(mended.said());
@@ -174,6 +180,7 @@ pub(crate) fn read(
         others: texts.iter().map(|at| name(*at)).collect(),
         ignored,
         read_as,
+        warnings,
         table: Some(remembered(table, &columns, &channels)),
         ..Raw::default()
     })
@@ -322,7 +329,14 @@ fn wide(
     })?;
     table.refuse_lossy(&precision, channels)?;
     let mended = Mended::default();
-    Ok(LongTable { recordings: all, x: collected.finish(), timing: None, mended, steps: None })
+    Ok(LongTable {
+        recordings: all,
+        x: collected.finish(),
+        timing: None,
+        mended,
+        steps: None,
+        doubts: vec![],
+    })
 }
 
 /// Returns groups: whole numbers as they are, texts as positions among those that occur.

@@ -108,7 +108,7 @@ impl StoredTargets<'_> {
                 ),
             ));
         }
-        let numbers: Option<Vec<i64>> = texts.iter().map(|text| text.parse().ok()).collect();
+        let numbers: Option<Vec<i64>> = texts.iter().map(|text| whole_number(text)).collect();
         let (y, names) = match (names, numbers) {
             (Some(names), Some(numbers)) if names.columns.iter().any(|known| !known.contains(&texts[0])) => {
                 (numbers, names)
@@ -128,4 +128,10 @@ impl StoredTargets<'_> {
         let steps = steps.map(|steps| steps.steps.clone());
         Ok(TableTargets { y, names: Some(names), values: None, steps })
     }
+}
+
+/// Returns the whole number that a label is: `2`, or `2.0` as pandas writes it where one label was missing.
+fn whole_number(text: &str) -> Option<i64> {
+    let of_float = || text.parse::<f64>().ok().filter(|number| number.fract() == 0.0 && number.abs() < 1e15);
+    text.parse().ok().or_else(|| of_float().map(|number| number as i64))
 }

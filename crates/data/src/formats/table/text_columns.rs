@@ -6,8 +6,10 @@ use crate::formats::csv_text::CsvText;
 #[cfg(feature = "parquet")]
 use crate::formats::parquet_file::ParquetFile;
 use crate::formats::table::column_kind::{ColumnCells, ColumnKind, Disguised, numbers_columns};
-use crate::formats::table::number_form::NumberForm;
+use crate::formats::table::filled_in::FilledIn;
+use crate::formats::table::number_form::{NumberForm, is_filled_in};
 use crate::formats::table::options::Clock;
+use crate::formats::table::row_source::RowSource;
 use crate::formats::table::separators::{Separators, plain};
 use crate::formats::table::time_text;
 use crate::formats::text::{csv_reader, line_of};
@@ -32,17 +34,9 @@ pub(crate) struct TableText {
     is_recording: bool,
     /// Rows of a recording follow one another.
     pub is_in_order: bool,
+    /// The lines of its file that are no rows, for people.
+    pub left_out: Option<String>,
     rows: RowSource,
-}
-
-enum RowSource {
-    Csv {
-        text: String,
-        separators: Separators,
-    },
-    /// Of equal columns, one after the other.
-    #[cfg(feature = "parquet")]
-    Parquet(Vec<ParquetFile>),
 }
 
 /// One row; `line` is its line in CSV, its number in its file of Parquet.
@@ -57,7 +51,7 @@ pub(crate) struct TableRow<'t> {
 impl TableText {
     fn new(file: String, header: Vec<String>, rows: RowSource) -> Self {
         let (is_recording, is_in_order, meanings) = (false, false, vec![]);
-        Self { file, header, is_named: true, meanings, is_recording, is_in_order, rows }
+        Self { file, header, is_named: true, meanings, is_recording, is_in_order, left_out: None, rows }
     }
 
     /// Refuses two columns of one name.
@@ -119,7 +113,7 @@ impl TableText {
     /// Opens a text whose first line is the header.
     fn of_text(path: &Path, limits: &Limits) -> Result<Self> {
         let file = path.display().to_string();
-        let CsvText { text, said } = CsvText::read(path, limits)?;
+        let CsvText { text, said, left_out } = CsvText::read(path, limits)?;
         let separators = Separators::of(&text, said);
         let mut header = csv::StringRecord::new();
         let mut reader = csv_reader(&text, separators.column, false);
@@ -129,7 +123,7 @@ impl TableText {
             return Err(Error::EmptyFile { file });
         }
         let rows = RowSource::Csv { text, separators };
-        Ok(Self::new(file, header, rows))
+        Ok(Self { left_out, ..Self::new(file, header, rows) })
     }
 
     /// Checks whether the first line of a recording is a header: it has no number, or it numbers the columns.
@@ -152,25 +146,17 @@ impl TableText {
 
     /// Checks whether decimals are written with commas.
     pub fn has_decimal_commas(&self) -> bool {
-        matches!(&self.rows, RowSource::Csv { separators, .. } if separators.has_comma)
+        self.rows.has_decimal_commas()
     }
 
     /// Checks whether a column holds numbers of more than 32 bits.
     pub fn is_wide(&self, at: usize) -> bool {
-        match (&self.rows, at) {
-            (RowSource::Csv { .. }, _) => true,
-            #[cfg(feature = "parquet")]
-            (RowSource::Parquet(files), at) => files.iter().any(|file| file.is_wide(at)),
-        }
+        self.rows.is_wide(at)
     }
 
     /// Returns the unit of a column whose type says that it holds time stamps.
     pub fn clock(&self, at: usize) -> Option<Clock> {
-        match (&self.rows, at) {
-            (RowSource::Csv { .. }, _) => None,
-            #[cfg(feature = "parquet")]
-            (RowSource::Parquet(files), at) => files.iter().find_map(|file| file.clock(&self.header[at])),
-        }
+        self.rows.clock(&self.header[at])
     }
 
     /// Refuses channels whose signal f32 does not hold; `channels` are their columns.
@@ -193,26 +179,12 @@ impl TableText {
 
     /// Returns the name of the format of the values.
     pub fn dtype(&self) -> &'static str {
-        match self.rows {
-            RowSource::Csv { .. } => "csv",
-            #[cfg(feature = "parquet")]
-            RowSource::Parquet(_) => "parquet",
-        }
+        self.rows.dtype()
     }
 
     /// Estimates the number of rows, at most as many as its bytes can hold, to reserve memory.
     pub fn likely_rows(&self, channels: usize) -> usize {
-        let (rows, values) = match &self.rows {
-            // A value takes two bytes at least: a digit and a separator.
-            RowSource::Csv { text, .. } => {
-                (text.bytes().filter(|byte| *byte == b'\n').count() + 1, text.len() / 2)
-            }
-            #[cfg(feature = "parquet")]
-            RowSource::Parquet(files) => files.iter().fold((0, 0), |(rows, values), file| {
-                (rows + file.rows, usize::saturating_add(values, file.bytes))
-            }),
-        };
-        rows.min(values / channels.max(1))
+        self.rows.likely_rows(channels)
     }
 
     /// Hands every row to `take` until it returns false.
@@ -273,6 +245,17 @@ impl TableText {
             (_, Some(clock)) => ColumnKind::Time(clock),
         };
         Ok(places.iter().zip(columns).map(typed).collect())
+    }
+
+    /// Counts the cells of a column that are filled in where there is no value.
+    pub fn filled_in(&self, at: usize) -> FilledIn {
+        let mut filled = FilledIn::default();
+        // A row that cannot be read is refused when its turn comes.
+        let _ = self.rows(|row| {
+            filled.add(row.text(at));
+            Ok(true)
+        });
+        filled
     }
 
     /// Refuses a column of numbers that do not read as numbers.
@@ -363,9 +346,10 @@ impl<'t> TableRow<'t> {
     fn no_number(&self, at: usize) -> Error {
         let text = self.text(at);
         let form = NumberForm::of(text);
+        let filled = if is_filled_in(text) { self.table.filled_in(at).said() } else { String::new() };
         if self.table.is_recording {
             let text = text.chars().take(40).collect();
-            let hint = form.map_or("", NumberForm::short_hint);
+            let hint = format!("{}{filled}", form.map_or("", NumberForm::short_hint));
             return Error::CsvNumber {
                 file: self.table.file.clone(),
                 line: self.line,
@@ -380,10 +364,10 @@ impl<'t> TableRow<'t> {
             Some(form) => form.hint(),
             None => "is not a number; correct it, or name a column that is no channel with table.ignore",
         };
-        self.refuse(at, why)
+        self.refuse(at, &format!("{why}{filled}"))
     }
 
-    fn refuse(&self, at: usize, why: &'static str) -> Error {
+    fn refuse(&self, at: usize, why: &str) -> Error {
         let column = &self.table.header[at];
         let text: String = self.text(at).chars().take(40).collect();
         Error::file(self.file, format!("{}, column {column}: {text:?} {why}", self.place()))

@@ -80,7 +80,8 @@ impl CaseLine<'_> {
             line: self.at as u64,
             column,
             text: text.chars().take(40).collect(),
-            hint: if text.trim() == "?" { "; series with missing values are not supported" } else { "" },
+            hint: if text.trim() == "?" { "; series with missing values are not supported" } else { "" }
+                .into(),
         })
     }
 

@@ -1,5 +1,6 @@
 //! How far probabilities can be believed, and what gates find unknown.
 
+use taxel_learn::certainty::groups_needed;
 use taxel_report::numbers::tenth;
 use taxel_report::table::{Cell, Column, Table};
 
@@ -62,8 +63,9 @@ pub(super) fn certainty(rows: &[RowCertainty]) -> Table {
         ]);
     }
     let few = match rows.iter().find_map(|row| row.certainty.fitted_on.groups) {
-        Some(few @ ..9) => format!(
-            ". With {few} groups nothing can be promised at 90 % for a new one: what sets covered is what was seen"
+        Some(few) if few < groups_needed(0.9) => format!(
+            ". With {few} groups nothing can be promised at 90 % for a new one, which needs {}: what sets covered is what was seen",
+            groups_needed(0.9)
         ),
         _ => String::new(),
     };

@@ -1,5 +1,6 @@
 //! How far values lie from the true ones.
 
+use taxel_learn::certainty::groups_needed;
 use taxel_report::numbers::tenth;
 use taxel_report::table::{Cell, Column, Table};
 
@@ -9,8 +10,9 @@ use crate::values::{QuantityErrors, RowErrors};
 /// A row of the table: a network and one of its quantities.
 type Row = (String, QuantityErrors);
 
-/// Returns a table with a row per network and quantity: errors in the unit and as a share of the range, intervals.
-pub(super) fn errors(rows: &[RowErrors]) -> Table {
+/// Returns a table with a row per network and quantity: errors in the unit and as a share of the range, intervals. Of samples in
+/// `groups` it says how many of these intervals need.
+pub(super) fn errors(rows: &[RowErrors], groups: Option<usize>) -> Table {
     let third = |value: f64| format!("{value:.3}");
     let percent = |share: Option<f64>| share.map(|share| 100.0 * share);
     let rows: Vec<Row> = rows
@@ -38,7 +40,11 @@ pub(super) fn errors(rows: &[RowErrors]) -> Table {
             row.1.interval.map(|interval| interval.width)
         }),
     ];
+    let needed = groups_needed(0.9);
+    let few = groups.filter(|groups| *groups < needed).map_or(String::new(), |groups| {
+        format!(". With {groups} groups nothing can be promised at 90 % for a new one, which needs {needed}")
+    });
     let caption = "Errors of the test parts together, in the unit of each quantity. Intervals are fitted to the errors of the \
                    other parts; what they covered was seen, and is no promise for a new group";
-    Table::new(table::ERRORS, caption.into(), columns, &rows)
+    Table::new(table::ERRORS, format!("{caption}{few}"), columns, &rows)
 }

@@ -59,7 +59,8 @@ pub(super) fn tables(judgement: &Judgement, choice: Option<&Choice>) -> Result<V
     }
     all.extend(judgement.importance.as_ref().map(|found| importance::parts(&primary, found)));
     all.push(certainty::certainty(&judgement.certainty));
-    all.push(errors::errors(&judgement.errors));
+    let groups = judgement.networks.iter().filter_map(|network| network.results.interval_groups).max();
+    all.push(errors::errors(&judgement.errors, groups));
     all.retain(|table| !table.rows.is_empty());
     Ok(all)
 }

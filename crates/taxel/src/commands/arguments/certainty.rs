@@ -5,10 +5,12 @@ use taxel::Card;
 use taxel::learn::certainty::{AnswerSet, FALSE_ALARMS};
 use taxel::learn::metrics::Levels;
 
+use crate::terminal::messages::warn;
+
 /// The class of a sample that is unlike those that the model has learned from.
 pub const UNKNOWN: &str = "unknown";
 /// Share of cases in which an interval is to hold the true value.
-const USUAL: f64 = 0.9;
+pub const USUAL: f64 = 0.9;
 
 /// Returns the set of classes of each attribute for a sample's `outputs`. That of an unknown sample is empty: no set of learned
 /// classes can be believed to hold its own.
@@ -18,6 +20,19 @@ pub fn set_of(sets: &AnswerSet, outputs: &[f32], levels: &Levels, is_unknown: bo
         classes.iter_mut().for_each(Vec::clear);
     }
     classes
+}
+
+/// Says that sets or intervals of a share of samples cannot be promised for a new group; none where they can, or where there are none.
+pub fn unpromised(card: &Card, share: f64) -> Option<String> {
+    let of_sets = card.certainty.as_ref().map(|certainty| &certainty.fitted_on);
+    let of_intervals = card.intervals.as_ref().map(|intervals| &intervals.fitted_on);
+    let (kind, fitted_on) =
+        if card.task.quantities().is_empty() { ("sets", of_sets) } else { ("intervals", of_intervals) };
+    let words = fitted_on?.unpromised(share)?;
+    Some(format!(
+        "{} of {}: {words}; what they covered on the groups there are is what was seen",
+        kind, card.name
+    ))
 }
 
 /// `--unknown` and `--set`.
@@ -36,6 +51,7 @@ pub struct CertaintyOptions {
 impl CertaintyOptions {
     /// Returns the familiarity up to which a sample is unknown, and the sets; refuses what the model does not have.
     pub fn of(&self, card: &Card) -> Result<(f32, Option<AnswerSet>), String> {
+        self.set.and_then(|share| unpromised(card, share)).iter().for_each(warn);
         let certainty = card.certainty.as_ref();
         let has_gate = card.has_gate();
         let how = "fit it from a run folder, or calibrate it on own recordings (taxel calibrate)";

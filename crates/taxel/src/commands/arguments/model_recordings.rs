@@ -9,7 +9,7 @@ use taxel::data::{
 use taxel::{Card, Length, ReadOptions};
 
 use crate::commands::arguments::option_hints::with_option_hint;
-use crate::terminal::messages::note;
+use crate::terminal::messages::{note, warn};
 
 /// How to go on where facts differ.
 pub const AS_IS: &str = ", or predict all the same with --as-is";
@@ -44,6 +44,7 @@ impl ModelRecordings<'_> {
         let to = spec.layout.time_axis().map(|axis| spec.shape[axis]);
         let read = recordings(self.data, &options, spec.layout.rank());
         let mut recordings = read.map_err(|e| with_option_hint(e, to))?;
+        recordings.facts.warnings.iter().for_each(warn);
         if self.as_is != Some(true) {
             let hint = if self.as_is.is_some() { AS_IS } else { "" };
             let comparison = compared(self.data, spec, &recordings.facts, hint)?;

@@ -16,6 +16,11 @@ const SETTLED: f64 = 0.3;
 pub const SILENT: Duration = Duration::from_secs(10);
 /// Steps of other lengths than the median, as a share of it, are gaps or jitter: the median is the step then.
 const UNEVEN: f64 = 0.5;
+/// Steps of a clock that is too coarse for the rate are at most so many times the median, and more than one in so many are long.
+const COARSE: f64 = 2.5;
+const FEW: usize = 10;
+/// Share by which a rate that somebody says may differ from that of the time stamps.
+const AGREES: f64 = 0.02;
 /// Most times that the rate of time stamps may differ from that of the arrivals.
 const CLOCK: f64 = 1.5;
 /// The highest rate that arrivals can show, in Hz; a pipe may hand over a whole file at once.
@@ -158,8 +163,8 @@ impl Sensor {
         let channels: Vec<String> = kept.iter().map(|at| all[*at].clone()).collect();
         check_names(label, &channels)?;
         let rate = match said {
-            Some(rate) => rate,
-            None => self.rate(seen, is_stamped)?,
+            Some(rate) if !is_stamped => rate,
+            said => agreed(label, self.rate(seen, is_stamped)?, said)?,
         };
         let left_out = left.into_iter().map(|at| all[at].clone()).collect();
         Ok(SensorFacts { channels, is_named, rate, is_stamped, left_out })
@@ -280,6 +285,17 @@ impl Sensor {
     }
 }
 
+/// Returns the rate of time stamps (Hz); refuses another one that somebody `said`.
+fn agreed(label: &str, stamped: f64, said: Option<f64>) -> Result<f64, String> {
+    match said {
+        Some(said) if (said / stamped - 1.0).abs() > AGREES => Err(format!(
+            "--rate {said}: the time stamps of {label} say {stamped} Hz; leave --rate out, or say the unit of the stamps with --clock \
+             ms, us or ns"
+        )),
+        _ => Ok(stamped),
+    }
+}
+
 /// Refuses time stamps that say another rate (Hz) than the arrivals of a port: their unit is another one.
 fn check_clock(stamped: f64, arriving: f64) -> Result<(), String> {
     let ratio = stamped / arriving;
@@ -292,7 +308,8 @@ fn check_clock(stamped: f64, arriving: f64) -> Result<(), String> {
     ))
 }
 
-/// Returns the step of rising stamps: the mean where they are even, else the median; none where they do not rise.
+/// Returns the step of rising stamps: the mean where they are even, or where a coarse clock rounds them to one or two ticks; else the
+/// median, which gaps do not move. None where they do not rise.
 fn step(times: &[f64]) -> Option<f64> {
     let mut steps: Vec<f64> =
         times.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step != 0.0).collect();
@@ -301,7 +318,10 @@ fn step(times: &[f64]) -> Option<f64> {
     let (shortest, longest) = (*steps.first()?, *steps.last()?);
     let is_even = shortest > (1.0 - UNEVEN) * median && longest < (1.0 + UNEVEN) * median;
     let mean = steps.iter().sum::<f64>() / steps.len() as f64;
-    Some(if is_even { mean } else { median }).filter(|step| *step > 0.0)
+    let long = steps.iter().filter(|step| **step > (1.0 + UNEVEN) * median).count();
+    // Readings that are lost are few, or recordings are not kept.
+    let is_coarse = longest < COARSE * median && long * FEW > steps.len();
+    Some(if is_even || is_coarse { mean } else { median }).filter(|step| *step > 0.0)
 }
 
 /// Checks for numbers that count up by one.
@@ -338,8 +358,19 @@ mod tests {
         let gap: Vec<f64> =
             (0..100).filter(|i| !(40..60).contains(i)).map(|i| f64::from(i) / 100.0).collect();
         assert!(step(&gap).is_some_and(|step| (step - 0.01).abs() < 1e-9));
+        let coarse: Vec<f64> = (0..256).map(|i| (f64::from(i) / 0.7).round() / 1e3).collect();
+        assert!(step(&coarse).is_some_and(|step| (step * 700.0 - 1.0).abs() < 0.005), "ticks of 1 and 2 ms");
+        let lost: Vec<f64> = (0..200).filter(|i| i % 20 != 7).map(|i| f64::from(i) / 100.0).collect();
+        assert!(step(&lost).is_some_and(|step| (step - 0.01).abs() < 1e-9), "one in twenty is lost");
         assert_eq!(step(&[1.0, 1.0]), None);
         assert_eq!(step(&[3.0, 2.0, 1.0]), None);
+    }
+
+    #[test]
+    fn stamps_say_the_rate_whatever_else_is_said() {
+        assert_eq!(agreed("port", 99.8, None), Ok(99.8));
+        assert_eq!(agreed("port", 99.8, Some(100.0)), Ok(99.8));
+        assert!(agreed("port", 99.8, Some(50.0)).is_err_and(|why| why.contains("say 99.8 Hz")));
     }
 
     #[test]

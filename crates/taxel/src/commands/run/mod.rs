@@ -18,7 +18,7 @@ use crate::commands::arguments::option_hints::with_option_hint;
 use crate::commands::arguments::output_format::OutputFormat;
 use crate::commands::arguments::threads::Threads;
 use crate::terminal::interrupt::{GRACE, INTERRUPTED, flag};
-use crate::terminal::messages::{self, detail, note};
+use crate::terminal::messages::{self, detail, note, warn};
 use crate::terminal::progress::progress;
 use crate::{out, outln};
 
@@ -204,6 +204,7 @@ impl RunExperiments {
         cancel: &AtomicBool,
     ) -> experiment::Result<RunFolder> {
         let dataset = experiment.dataset()?;
+        dataset.warnings.iter().for_each(warn);
         let (name, samples) = (&dataset.name, dataset.x.shape()[0]);
         detail(format!("{name}: {samples} samples, digest {}", dataset.digest));
         let runner = Runner { experiment, registry, dataset: &dataset };

@@ -168,7 +168,11 @@ impl Serialize for Channel<'_> {
 
 impl DecisionWriter {
     pub fn new(card: &Card, sets: Option<AnswerSet>) -> Self {
-        let channels = card.spec.table.as_ref().map_or(vec![], |table| table.columns.clone());
+        let of_table = || card.spec.table.as_ref().map_or(vec![], |table| table.columns.clone());
+        let (before, _, after) = card.spec.around_time();
+        // Names of channels are those of values where a channel is one value.
+        let of_spec = Some(card.spec.channel_names.clone()).filter(|names| names.len() == before * after);
+        let channels = of_spec.filter(|names| !names.is_empty()).unwrap_or_else(of_table);
         DecisionWriter {
             outputs: card.task.output_names(),
             units: card.task.quantities().iter().map(|quantity| quantity.unit.clone()).collect(),
