@@ -2,8 +2,8 @@
 //!
 //! A bf16 is the upper half of a float: 8 bits of mantissa, the same exponents. Factors are rounded to it (nearest,
 //! even), two of them lie in the 32 bits of one float, and the kernels of `tile.rs` take two products per
-//! lane. A sum goes through its pairs of products in order, each product fused with it, so that it does not depend on blocks or
-//! threads: `fma(a0, b0, fma(a1, b1, sum))` of the rounded factors, where subnormal numbers count as zero.
+//! lane. A sum goes through its products in order, each fused with it, so that it does not depend on blocks or threads:
+//! `fma(a1, b1, fma(a0, b0, sum))` of the rounded factors, where subnormal numbers count as zero.
 
 mod burst;
 mod pack;

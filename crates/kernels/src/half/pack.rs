@@ -1,4 +1,4 @@
-//! Floats rounded to bf16 (nearest, even), two in the bits of one float: the first in the lower half.
+//! Floats rounded to bf16 (nearest, even), two in the bits of one float: the first in the upper half.
 //!
 //! The processor's own instructions round: NaN stays NaN, subnormal numbers become zero. All functions panic where
 //! [`supported`](super::supported) is an error.
@@ -76,12 +76,18 @@ fn beside(first: &[f32], second: &[f32], pairs: &mut [f32]) {
 #[target_feature(enable = "avx512f,avx512bw,avx512bf16")]
 unsafe fn neighbours_at(x: &[f32], pairs: &mut [f32]) {
     use crate::simd::{Avx512, Simd};
-    use std::arch::x86_64::{__m512, __m512bh, _mm512_cvtne2ps_pbh};
+    use std::arch::x86_64::{
+        __m512, __m512bh, __m512i, _mm512_castsi512_ps, _mm512_cvtne2ps_pbh, _mm512_rol_epi32,
+    };
     const STEP: usize = 2 * Avx512::LANES;
     // SAFETY: whole steps lie inside both slices, by their lengths; of the rest, only the lanes that are there are touched.
     unsafe {
         let (from, to) = (x.as_ptr(), pairs.as_mut_ptr());
-        let rounded = |low, high| std::mem::transmute::<__m512bh, __m512>(_mm512_cvtne2ps_pbh(high, low));
+        let rounded = |low: __m512, high: __m512| {
+            let both = std::mem::transmute::<__m512bh, __m512i>(_mm512_cvtne2ps_pbh(high, low));
+            // The instruction leaves the first of two neighbours in the lower half.
+            _mm512_castsi512_ps(_mm512_rol_epi32::<16>(both))
+        };
         let rest = x.len() % STEP;
         for at in (0..x.len() - rest).step_by(STEP) {
             let (low, high) = (Avx512::load(from.add(at)), Avx512::load(from.add(at + Avx512::LANES)));
@@ -110,12 +116,12 @@ unsafe fn beside_at(first: &[f32], second: &[f32], pairs: &mut [f32]) {
     use std::arch::x86_64::{
         __m512, __m512bh, __m512i, _mm512_castsi512_ps, _mm512_cvtne2ps_pbh, _mm512_permutexvar_epi16,
     };
-    /// Lane 2i is value i of the first row, lane 2i + 1 of the second, which lies 16 lanes behind.
+    /// Lane 2i + 1 is value i of the first row, lane 2i of the second, which lies 16 lanes behind.
     const ORDER: [u16; 32] = {
         let mut order = [0; 32];
         let mut lane = 0;
         while lane < 32 {
-            order[lane] = (lane / 2 + 16 * (lane % 2)) as u16;
+            order[lane] = (lane / 2 + 16 * (1 - lane % 2)) as u16;
             lane += 1;
         }
         order

@@ -29,7 +29,7 @@ pub(crate) fn values(len: usize, salt: u32) -> Vec<f32> {
 
 /// Returns the two values of a pair.
 fn halves(pair: f32) -> [f32; 2] {
-    [pair.to_bits() << 16, pair.to_bits() & 0xffff_0000].map(f32::from_bits)
+    [pair.to_bits() & 0xffff_0000, pair.to_bits() << 16].map(f32::from_bits)
 }
 
 #[test]
@@ -85,8 +85,7 @@ fn products_have_the_bits_of_the_model_needs_bf16() {
             for i in 0..m {
                 for j in 0..n {
                     let sum = &mut model[i * n + j];
-                    // The second of a pair is added first.
-                    for p in (0..k).map(|p| p ^ 1).filter(|p| *p < k).chain((k % 2 == 1).then(|| k - 1)) {
+                    for p in 0..k {
                         *sum = nearest(a[i * k + p]).mul_add(nearest(b[p * n + j]), *sum);
                     }
                 }
