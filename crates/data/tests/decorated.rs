@@ -29,7 +29,8 @@ fn a_column_of_decorated_numbers_beside_words_is_said() {
         ("<0.5", "a number with a sign beside it"),
     ] {
         let folder = tempdir().unwrap();
-        let cell = |row: usize| format!("{},{}", if row % 5 == 0 { "weak" } else { number }, row % 2);
+        let cell =
+            |row: usize| format!("{},{}", if row.is_multiple_of(5) { "weak" } else { number }, row % 2);
         let path = table(folder.path(), "pull,label", cell);
         let said = check(&path).unwrap().warnings.join("\n");
         let plain = number.trim_matches('"');

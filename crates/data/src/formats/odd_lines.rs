@@ -195,8 +195,8 @@ impl Columns {
     /// Checks whether a line is one cell of words, in a column that holds numbers or in none.
     fn is_message(&self, line: &str, fits: bool, before: Option<&str>) -> bool {
         let separator = self.separator;
-        let start = line.len() - line.trim_start_matches(|c: char| c == separator || c == ' ').len();
-        let cell = line[start..].trim_end_matches(|c: char| c == separator || c == ' ');
+        let start = line.len() - line.trim_start_matches([separator, ' ']).len();
+        let cell = line[start..].trim_end_matches([separator, ' ']);
         if cell.contains(separator) || cell.is_empty() || cell.parse::<f64>().is_ok() {
             return false;
         }

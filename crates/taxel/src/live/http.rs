@@ -316,13 +316,13 @@ mod tests {
         });
         // More than all buffers between two sockets hold.
         let event: super::super::hub::Event = format!("data: {}\n\n", "x".repeat(1 << 17)).into();
-        let begin = std::time::Instant::now();
+        let begin = Instant::now();
         (0..1000).for_each(|_| hub.send(&event));
         assert!(begin.elapsed() < PATIENCE / 2, "{:?}", begin.elapsed());
         assert!(hub.dropped() > 500, "{}", hub.dropped());
         hub.send(&"data: last\n\n".into());
         // The one that is blocked is let go.
-        let begin = std::time::Instant::now();
+        let begin = Instant::now();
         while hub.viewers() > 1 && begin.elapsed() < 10 * PATIENCE {
             std::thread::sleep(Duration::from_millis(20));
         }

@@ -27,7 +27,7 @@ impl FileDoubts {
     pub fn said(self) -> Vec<String> {
         let one = |FileDoubt { words, files, .. }: FileDoubt| match files {
             1 => words,
-            files => format!("{words} (and so in {} more)", plural(files - 1, "file")),
+            files => format!("{words} (and so in {})", plural(files - 1, "more file")),
         };
         self.0.into_iter().map(one).collect()
     }
