@@ -52,11 +52,11 @@ impl Counts {
         let mut counts =
             Counts { products: 0, single: 0, others: encoding, floats: encoding, is_float: false };
         for layer in layers {
-            let stored = layer.to.positions * layer.to.channels;
+            let stored = layer.to.len() * layer.to.channels;
             match &layer.work {
                 Work::Conv(conv) => {
                     let products = stored * conv.segments * conv.fours * 4;
-                    *(if layer.to.positions > 1 { &mut counts.products } else { &mut counts.single }) +=
+                    *(if layer.to.len() > 1 { &mut counts.products } else { &mut counts.single }) +=
                         products;
                     counts.others += stored * (1 + conv.segments);
                     counts.floats += if Whole::new(conv).is_none() { stored } else { 0 };
@@ -67,9 +67,8 @@ impl Counts {
                 }
                 Work::Floats(work) => counts.add_floats(work, &layer.to),
                 Work::Stage(_) => {}
-                Work::Most(spans) | Work::Mean { spans, .. } | Work::MeanFloats { spans, .. } => {
-                    let read: usize = spans.iter().map(|[from, to]| to - from).sum();
-                    counts.others += read * layer.to.channels;
+                Work::Most(windows) | Work::Mean { windows, .. } | Work::MeanFloats { windows, .. } => {
+                    counts.others += windows.reads() * layer.to.channels;
                 }
                 Work::Map { .. } => {
                     counts.others += stored;

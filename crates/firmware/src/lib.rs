@@ -58,6 +58,7 @@ mod lower;
 mod numbers;
 mod print;
 mod readings;
+mod rows;
 mod samples;
 mod size;
 mod source;

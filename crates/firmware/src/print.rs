@@ -115,7 +115,11 @@ impl Library<'_> {
             tables,
             flash: tables + code,
             ram: body.arena,
-            ring: encoding.ring_steps(sample[1]) * sample[0] * encoding.kept_bytes(&body.stage),
+            ring: if self.image.is_some() {
+                0
+            } else {
+                encoding.ring_steps(sample[1]) * sample[0] * encoding.kept_bytes(&body.stage)
+            },
             macs: body.macs,
         }
     }

@@ -73,7 +73,7 @@ pub(crate) fn with_library<T>(
         Read::Linear(fitted) => linear(card, fitted)?,
     };
     let answers = answers(card)?;
-    let (encoding, sample) = encoded(card)?;
+    let Encoded { encoding, sample, image } = encoded(card)?;
     let samples = Samples::new(tested, &walked(card, &encoding, sample), sample[1]);
     let expected = if tested == 0 { Expected::default() } else { expected(model, &samples)? };
     let SampleSpec { unit, rate, .. } = &card.spec;
@@ -85,6 +85,7 @@ pub(crate) fn with_library<T>(
         readings: readings(card),
         unit: unit.clone(),
         rate: *rate,
+        image,
         ..Library::new(name, method, (encoding, sample), answers, samples, expected)
     })
 }
@@ -139,26 +140,64 @@ fn linear<'f>(card: &Card, fitted: &'f Fitted) -> Result<Method<'f>> {
     Ok(Method::Linear(Linear { features, weights, bias }))
 }
 
-/// Returns the encoding, and channels and time steps of a sample.
-fn encoded(card: &Card) -> Result<(Encoding<'_>, [usize; 2])> {
+/// How samples are read.
+struct Encoded<'c> {
+    encoding: Encoding<'c>,
+    /// Channels and time steps, or channels and pixels.
+    sample: [usize; 2],
+    /// Rows and columns of an image.
+    image: Option<[usize; 2]>,
+}
+
+/// Returns how samples of a model are read.
+fn encoded(card: &Card) -> Result<Encoded<'_>> {
     let [input] = &card.inputs[..] else {
         return Err(refusal(card, format!("has {} inputs; C reads one", card.inputs.len())));
     };
-    let (Some(encoding), [_] | [_, _]) = (encoding(&input.transform), &card.spec.shape[..]) else {
+    let shape = &card.spec.shape[..];
+    if let (Some(scaling), Some((channels, size))) = (pixels(&input.transform), image_of(shape)) {
+        let sample = [channels, size[0] * size[1]];
+        return Ok(Encoded { encoding: Encoding::Scaled(scaling), sample, image: Some(size) });
+    }
+    let (Some(encoding), [_] | [_, _]) = (encoding(&input.transform), shape) else {
         let words = crate::export::words(&input.transform);
+        let read = match &card.kind {
+            ModelKind::Network { graph, .. } => graph.inputs().map(|node| node.shape.iter().product()).sum(),
+            ModelKind::Baseline { .. } | ModelKind::Average { .. } => 0usize,
+        };
+        let given: usize = shape.iter().product();
         return Err(refusal(
             card,
             format!(
-                "reads {words}; C scales series (raw, full-scale or z-score), makes their quantile code or their history, and \
-                 has no other encoding"
+                "reads {words}, {read} values made of the {given} of a sample; C scales series and images (raw, full-scale or z-score), \
+                 makes the quantile code or the history of series, and has no other encoding"
             ),
         ));
     };
-    let sample = match card.spec.shape[..] {
+    let sample = match *shape {
         [channels, steps] => [channels, steps],
-        _ => [1, card.spec.shape.iter().product()],
+        _ => [1, shape.iter().product()],
     };
-    Ok((encoding, sample))
+    Ok(Encoded { encoding, sample, image: None })
+}
+
+/// Returns how the pixels of an image are scaled, where nothing else happens to them.
+fn pixels(transform: &Transform) -> Option<&Scaling> {
+    match transform {
+        Transform::Image(scaling) | Transform::Picture { frame: None, red: false, resize: None, scaling } => {
+            Some(scaling)
+        }
+        _ => None,
+    }
+}
+
+/// Returns channels, and rows and columns, of a sample that is an image.
+fn image_of(shape: &[usize]) -> Option<(usize, [usize; 2])> {
+    match *shape {
+        [rows, columns] => Some((1, [rows, columns])),
+        [channels, rows, columns] => Some((channels, [rows, columns])),
+        _ => None,
+    }
 }
 
 /// Returns what the C answers.
@@ -224,7 +263,8 @@ fn readings(card: &Card) -> Option<ReadingsGate> {
 /// Returns the encoding as C does it; none where it does not.
 fn encoding(transform: &Transform) -> Option<Encoding<'_>> {
     match transform {
-        Transform::Signal(scaling) => Some(Encoding::Scaled(scaling)),
+        // A network on images may read a series as one of a single channel, whose rows are those of the series.
+        Transform::Signal(scaling) | Transform::Rows(scaling) => Some(Encoding::Scaled(scaling)),
         Transform::QuantileCode(code) => Some(Encoding::Code(code)),
         Transform::History { history, then } => match &**then {
             Transform::Signal(scaling) => Some(Encoding::History { history, scaling }),

@@ -33,6 +33,7 @@ int taxel_@name@_predict(const float sample[TAXEL_@NAME@_VALUES], float probabil
 {
     return taxel_@name@_predict_in(own_workspace, sample, probabilities);
 }
+@live@
 
 int taxel_@name@_logits_latest(float logits[TAXEL_@NAME@_CLASSES]) { return outputs_of_ring(logits); }
 
@@ -44,5 +45,6 @@ int taxel_@name@_predict_latest(float probabilities[TAXEL_@NAME@_CLASSES])
     }
     return outcome;
 }
+@end live@
 
 #endif
