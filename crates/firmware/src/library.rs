@@ -2,11 +2,10 @@
 
 use taxel_runtime::Blueprint;
 
-use crate::answers::Answers;
+use crate::answers::{Answers, ReadingsGate};
 use crate::encoding::Encoding;
 use crate::linear::Linear;
 use crate::literals::{comment, identifier};
-use crate::readings::ReadingsGate;
 use crate::samples::Samples;
 use crate::size::Size;
 
@@ -117,7 +116,7 @@ impl<'a> Library<'a> {
         let (name, [channels, steps]) = (self.identifier(), self.sample);
         let [rows, columns] = self.image.unwrap_or([1, steps]);
         let noun = match self.answers {
-            Answers::Classes { .. } => "Classes",
+            Answers::Classes { .. } | Answers::Attributes { .. } => "Classes",
             Answers::Values { .. } => "Quantities",
         };
         let mut text = template.to_string();

@@ -7,8 +7,8 @@ use taxel_baselines::{Fitted, LinearFeatures, LinearModel};
 use taxel_data::{Layout, SampleSpec, Task};
 use taxel_encodings::Scaling;
 use taxel_firmware::{
-    Answers, Encoding, Expected, Features, Gate, Library, Linear, Method, Quantity, ReadingsGate, Samples,
-    Size, Spread, write_folder,
+    Answers, Attribute, Encoding, Expected, Features, Gate, Library, Linear, Method, Quantity, ReadingsGate, Samples,
+    Shares, Size, Spread, write_folder,
 };
 use taxel_graph::{Graph, Loss};
 use taxel_learn::certainty::{Axes, FALSE_ALARMS, Place, Readings, Seen};
@@ -75,7 +75,7 @@ pub(crate) fn with_library<T>(
     let answers = answers(card)?;
     let Encoded { encoding, sample, image } = encoded(card)?;
     let samples = Samples::new(tested, &walked(card, &encoding, sample), sample[1]);
-    let expected = if tested == 0 { Expected::default() } else { expected(model, &samples)? };
+    let expected = if tested == 0 { Expected::default() } else { expected(model, &samples, &answers)? };
     let SampleSpec { unit, rate, .. } = &card.spec;
     let name = name.unwrap_or(&card.name);
     then(&Library {
@@ -206,10 +206,11 @@ fn answers(card: &Card) -> Result<Answers> {
         ModelKind::Network { loss, .. } => Some(*loss),
         ModelKind::Baseline { .. } | ModelKind::Average { .. } => None,
     };
+    let temperature = card.certainty.as_ref().map(|certainty| certainty.temperature);
     match (&card.task, loss) {
         (Task::Classes(classes), None | Some(Loss::SoftmaxCrossEntropy)) => Ok(Answers::Classes {
             names: classes.clone(),
-            temperature: card.certainty.as_ref().map(|certainty| certainty.temperature),
+            temperature,
             gate: gate(card),
         }),
         (Task::Values(quantities), loss) => {
@@ -226,10 +227,28 @@ fn answers(card: &Card) -> Result<Answers> {
             let half = at.map(|at| at.half.clone());
             Ok(Answers::Values { quantities: quantities.iter().map(named).collect(), spread, half })
         }
-        (Task::Classes(_) | Task::Levels(_), _) => Err(refusal(
-            card,
-            "predicts neither one class by a softmax nor values; C has nothing else yet".into(),
-        )),
+        (Task::Classes(_) | Task::Levels(_), Some(loss)) if shares(loss).is_some() => {
+            let named = |one: &taxel_data::Attribute| Attribute { name: one.name.clone(), classes: one.classes.clone() };
+            let attributes = card.task.attributes().iter().map(named).collect();
+            Ok(Answers::Attributes { attributes, shares: shares(loss).unwrap_or(Shares::Cut), temperature })
+        }
+        (Task::Classes(_) | Task::Levels(_), _) => {
+            let reason = format!(
+                "predicts {} attributes by a loss that C has no probabilities of",
+                card.task.attributes().len()
+            );
+            Err(refusal(card, reason))
+        }
+    }
+}
+
+/// Returns how outputs that a loss has made become probabilities, each or attribute by attribute.
+fn shares(loss: Loss) -> Option<Shares> {
+    match loss {
+        Loss::MultiLabelSoftMargin | Loss::Hinge => Some(Shares::Sigmoid),
+        Loss::CumulativeLogits => Some(Shares::Ordered),
+        Loss::MeanSquaredError => Some(Shares::Cut),
+        Loss::SoftmaxCrossEntropy | Loss::Huber | Loss::GaussianLikelihood | Loss::Quantiles => None,
     }
 }
 
@@ -293,14 +312,14 @@ fn walked(card: &Card, encoding: &Encoding, [channels, _]: [usize; 2]) -> Vec<[f
 }
 
 /// Predicts the samples of the test, without the guard.
-fn expected(model: &Model, samples: &Samples) -> Result<Expected> {
+fn expected(model: &Model, samples: &Samples, answers: &Answers) -> Result<Expected> {
     let card = model.card();
     let shape = [&[samples.count], &card.spec.shape[..]].concat();
     let refuse = |reason: String| Error::Export { model: card.name.clone(), reason };
     let x =
         ArrayD::from_shape_vec(IxDyn(&shape), samples.values()).map_err(|error| refuse(error.to_string()))?;
     let predictor = model.predictor(1, 1)?.guarded(None)?;
-    let seen = gate(card).and(card.certainty.as_ref()).and_then(|certainty| certainty.seen.as_ref());
+    let seen = card.certainty.as_ref().and_then(|certainty| certainty.seen.as_ref());
     let (outputs, predictions) = (predictor.logits(&x)?, predictor.predict(&x)?);
     let mut ends = [vec![], vec![]];
     for [low, high] in (0..samples.count).filter_map(|i| predictions.intervals(i, SHARE)).flatten() {
@@ -318,7 +337,7 @@ fn expected(model: &Model, samples: &Samples) -> Result<Expected> {
         };
         rows.map(&mut of_row).collect()
     };
-    let gate = seen.map_or(vec![], &mut measured);
+    let mut gate = seen.map_or(vec![], &mut measured);
     let of_readings = |gate: &Readings| -> Vec<(f32, bool)> {
         let values = samples.values();
         let each = (values.len() / samples.count.max(1)).max(1);
@@ -334,6 +353,9 @@ fn expected(model: &Model, samples: &Samples) -> Result<Expected> {
         let is_unknown =
             |i: usize| [&gate, &readings].iter().any(|gate| gate.get(i).is_some_and(|(_, far)| *far));
         debug_assert!((0..samples.count).all(|i| is_unknown(i) == (familiarity[i] <= FALSE_ALARMS)));
+    }
+    if !matches!(answers, Answers::Classes { gate: Some(_), .. }) {
+        gate.clear();
     }
     Ok(Expected { outputs, answers: predictions.outputs, ends, gate, readings })
 }

@@ -1,6 +1,7 @@
 //! Networks of the zoo in eight bits, what the runtime predicts with them, and their C, compiled and run.
 #![allow(dead_code, clippy::unwrap_used, clippy::panic)]
 
+pub mod attributes;
 pub mod images;
 pub mod linear;
 
@@ -243,6 +244,17 @@ pub fn answered(row: &[f32], answers: &Answers, expected: &mut Expected) {
             expected.gate.extend(gate.as_ref().map(|gate| distance(gate, row)));
             expected.answers.extend(probabilities(row.to_vec(), *temperature));
         }
+        Answers::Attributes { attributes, shares, temperature } => {
+            let mut rest = row;
+            for attribute in attributes {
+                let (of_attribute, others) = rest.split_at(attribute.classes.len());
+                let mut row = of_attribute.to_vec();
+                attributes::of_shares(&mut row, *shares);
+                temperature.iter().for_each(|temperature| warm(&mut row, *temperature));
+                expected.answers.extend(row);
+                rest = others;
+            }
+        }
         Answers::Values { quantities, spread, half } => {
             let count = quantities.len();
             expected.answers.extend(&row[..count]);
@@ -267,16 +279,18 @@ pub fn answered(row: &[f32], answers: &Answers, expected: &mut Expected) {
 
 fn probabilities(mut row: Vec<f32>, temperature: Option<f64>) -> Vec<f32> {
     exponential::softmax(&mut row);
-    if let Some(temperature) = temperature {
-        let inverse = (1.0 / temperature) as f32;
-        let highest = exponential::ln(row.iter().copied().fold(f32::MIN_POSITIVE, f32::max));
-        let warm = |p: &mut f32| {
-            *p = exponential::exp((exponential::ln(p.max(f32::MIN_POSITIVE)) - highest) * inverse)
-        };
-        row.iter_mut().for_each(warm);
-        exponential::shares(&mut row);
-    }
+    temperature.iter().for_each(|temperature| warm(&mut row, *temperature));
     row
+}
+
+/// Divides the logits of probabilities by a temperature.
+fn warm(row: &mut [f32], temperature: f64) {
+    let inverse = (1.0 / temperature) as f32;
+    let highest = exponential::ln(row.iter().copied().fold(f32::MIN_POSITIVE, f32::max));
+    let warm =
+        |p: &mut f32| *p = exponential::exp((exponential::ln(p.max(f32::MIN_POSITIVE)) - highest) * inverse);
+    row.iter_mut().for_each(warm);
+    exponential::shares(row);
 }
 
 /// Three classes with awkward names.

@@ -3,8 +3,7 @@ const char *const taxel_@name@_class_names[TAXEL_@NAME@_CLASSES] = {
 
 void taxel_@name@_probabilities(float row[TAXEL_@NAME@_CLASSES])
 {
-    softmax(row, TAXEL_@NAME@_CLASSES);
-@temper@}
+@shares@}
 
 int taxel_@name@_logits_in(float workspace[TAXEL_@NAME@_WORKSPACE], const float sample[TAXEL_@NAME@_VALUES],
                            float logits[TAXEL_@NAME@_CLASSES])
