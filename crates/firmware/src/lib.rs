@@ -64,7 +64,7 @@ mod whole;
 mod write;
 
 pub use answers::{Answers, Attribute, Gate, Quantity, ReadingsGate, Shares, Spread};
-pub use cores::Core;
+pub use cores::{Core, Part};
 pub use encoding::Encoding;
 pub use error::{Error, Result};
 pub use library::{CFile, Expected, Library, Method};

@@ -4,19 +4,23 @@ use std::path::Path;
 
 use ndarray::{ArrayD, IxDyn};
 use taxel_baselines::{Fitted, LinearFeatures, LinearModel};
-use taxel_data::{Layout, SampleSpec, Task};
-use taxel_encodings::Scaling;
+use taxel_data::{SampleSpec, Task};
 use taxel_firmware::{
-    Answers, Attribute, Encoding, Expected, Features, Gate, Library, Linear, Method, Quantity, ReadingsGate, Samples,
+    Answers, Attribute, Expected, Features, Gate, Library, Linear, Method, Quantity, ReadingsGate, Samples,
     Shares, Size, Spread, write_folder,
 };
 use taxel_graph::{Graph, Loss};
+use taxel_judge::{Need, Room};
 use taxel_learn::certainty::{Axes, FALSE_ALARMS, Place, Readings, Seen};
-use taxel_learn::{Card, Model, ModelKind, Transform};
+use taxel_learn::{Card, Model, ModelKind};
 use taxel_runtime::Blueprint;
 
 use crate::error::{Error, Result};
 use crate::saved_baseline::fitted;
+
+mod samples;
+
+use samples::{Encoded, encoded, walked};
 
 /// Samples of the test that goes with the C.
 const SAMPLES: usize = 200;
@@ -53,9 +57,30 @@ enum Read {
 /// # Errors
 /// A model that has no C of the same bits, with the reason, and a folder that cannot be written.
 pub fn export_c(model: &Model, folder: &Path, name: Option<&str>) -> Result<ExportedC> {
+    export_c_within(model, folder, name, Room::default())
+}
+
+/// Writes the folder of [`export_c`] if the model fits the room, as code for a Cortex-M4 with the time steps of `push`.
+///
+/// # Errors
+/// As [`export_c`], and a model that needs more than there is, with the numbers; then nothing is written.
+pub fn export_c_within(
+    model: &Model,
+    folder: &Path,
+    name: Option<&str>,
+    mut room: Room,
+) -> Result<ExportedC> {
+    room.check()?;
     with_library(model, name, SAMPLES, |library| {
+        let size = library.size()?;
+        let need = Need::Bytes { flash: size.flash as u64, ram: (size.ram + size.ring) as u64 };
+        room.needs.insert(library.model.clone(), need);
+        if let Some(over) = room.refusal(&library.model) {
+            let fix = "`taxel choose RUN` with the same limits names the smallest that suffices";
+            return Err(refusal(model.card(), format!("{over}; nothing was written: {fix}")));
+        }
         write_folder(folder, &library.files()?)?;
-        Ok(ExportedC { name: library.identifier(), size: library.size()?, remarks: library.remarks.clone() })
+        Ok(ExportedC { name: library.identifier(), size, remarks: library.remarks.clone() })
     })
 }
 
@@ -140,66 +165,6 @@ fn linear<'f>(card: &Card, fitted: &'f Fitted) -> Result<Method<'f>> {
     Ok(Method::Linear(Linear { features, weights, bias }))
 }
 
-/// How samples are read.
-struct Encoded<'c> {
-    encoding: Encoding<'c>,
-    /// Channels and time steps, or channels and pixels.
-    sample: [usize; 2],
-    /// Rows and columns of an image.
-    image: Option<[usize; 2]>,
-}
-
-/// Returns how samples of a model are read.
-fn encoded(card: &Card) -> Result<Encoded<'_>> {
-    let [input] = &card.inputs[..] else {
-        return Err(refusal(card, format!("has {} inputs; C reads one", card.inputs.len())));
-    };
-    let shape = &card.spec.shape[..];
-    if let (Some(scaling), Some((channels, size))) = (pixels(&input.transform), image_of(shape)) {
-        let sample = [channels, size[0] * size[1]];
-        return Ok(Encoded { encoding: Encoding::Scaled(scaling), sample, image: Some(size) });
-    }
-    let (Some(encoding), [_] | [_, _]) = (encoding(&input.transform), shape) else {
-        let words = crate::export::words(&input.transform);
-        let read = match &card.kind {
-            ModelKind::Network { graph, .. } => graph.inputs().map(|node| node.shape.iter().product()).sum(),
-            ModelKind::Baseline { .. } | ModelKind::Average { .. } => 0usize,
-        };
-        let given: usize = shape.iter().product();
-        return Err(refusal(
-            card,
-            format!(
-                "reads {words}, {read} values made of the {given} of a sample; C scales series and images (raw, full-scale or z-score), \
-                 makes the quantile code or the history of series, and has no other encoding"
-            ),
-        ));
-    };
-    let sample = match *shape {
-        [channels, steps] => [channels, steps],
-        _ => [1, shape.iter().product()],
-    };
-    Ok(Encoded { encoding, sample, image: None })
-}
-
-/// Returns how the pixels of an image are scaled, where nothing else happens to them.
-fn pixels(transform: &Transform) -> Option<&Scaling> {
-    match transform {
-        Transform::Image(scaling) | Transform::Picture { frame: None, red: false, resize: None, scaling } => {
-            Some(scaling)
-        }
-        _ => None,
-    }
-}
-
-/// Returns channels, and rows and columns, of a sample that is an image.
-fn image_of(shape: &[usize]) -> Option<(usize, [usize; 2])> {
-    match *shape {
-        [rows, columns] => Some((1, [rows, columns])),
-        [channels, rows, columns] => Some((channels, [rows, columns])),
-        _ => None,
-    }
-}
-
 /// Returns what the C answers.
 fn answers(card: &Card) -> Result<Answers> {
     let loss = match &card.kind {
@@ -208,11 +173,9 @@ fn answers(card: &Card) -> Result<Answers> {
     };
     let temperature = card.certainty.as_ref().map(|certainty| certainty.temperature);
     match (&card.task, loss) {
-        (Task::Classes(classes), None | Some(Loss::SoftmaxCrossEntropy)) => Ok(Answers::Classes {
-            names: classes.clone(),
-            temperature,
-            gate: gate(card),
-        }),
+        (Task::Classes(classes), None | Some(Loss::SoftmaxCrossEntropy)) => {
+            Ok(Answers::Classes { names: classes.clone(), temperature, gate: gate(card) })
+        }
         (Task::Values(quantities), loss) => {
             let named = |quantity: &taxel_data::Quantity| Quantity {
                 name: quantity.name.clone(),
@@ -227,17 +190,18 @@ fn answers(card: &Card) -> Result<Answers> {
             let half = at.map(|at| at.half.clone());
             Ok(Answers::Values { quantities: quantities.iter().map(named).collect(), spread, half })
         }
-        (Task::Classes(_) | Task::Levels(_), Some(loss)) if shares(loss).is_some() => {
-            let named = |one: &taxel_data::Attribute| Attribute { name: one.name.clone(), classes: one.classes.clone() };
+        (Task::Classes(_) | Task::Levels(_), loss) => {
+            let Some(shares) = loss.and_then(shares) else {
+                let count = card.task.attributes().len();
+                let reason = format!("predicts {count} attributes, and C has no probabilities of its loss");
+                return Err(refusal(card, reason));
+            };
+            let named = |one: &taxel_data::Attribute| Attribute {
+                name: one.name.clone(),
+                classes: one.classes.clone(),
+            };
             let attributes = card.task.attributes().iter().map(named).collect();
-            Ok(Answers::Attributes { attributes, shares: shares(loss).unwrap_or(Shares::Cut), temperature })
-        }
-        (Task::Classes(_) | Task::Levels(_), _) => {
-            let reason = format!(
-                "predicts {} attributes by a loss that C has no probabilities of",
-                card.task.attributes().len()
-            );
-            Err(refusal(card, reason))
+            Ok(Answers::Attributes { attributes, shares, temperature })
         }
     }
 }
@@ -277,38 +241,6 @@ fn readings(card: &Card) -> Option<ReadingsGate> {
         around,
         limit: limit?,
     })
-}
-
-/// Returns the encoding as C does it; none where it does not.
-fn encoding(transform: &Transform) -> Option<Encoding<'_>> {
-    match transform {
-        // A network on images may read a series as one of a single channel, whose rows are those of the series.
-        Transform::Signal(scaling) | Transform::Rows(scaling) => Some(Encoding::Scaled(scaling)),
-        Transform::QuantileCode(code) => Some(Encoding::Code(code)),
-        Transform::History { history, then } => match &**then {
-            Transform::Signal(scaling) => Some(Encoding::History { history, scaling }),
-            _ => None,
-        },
-        // Nothing moves.
-        Transform::Series { layout: Layout::Features | Layout::Series, then } => encoding(then),
-        _ => None,
-    }
-}
-
-/// Returns the range of each channel that samples of the test stay in: that of the training.
-fn walked(card: &Card, encoding: &Encoding, [channels, _]: [usize; 2]) -> Vec<[f32; 2]> {
-    let seen = card.trained_on.ranges.channels();
-    let finite = seen.iter().flatten().all(|value| value.is_finite());
-    if finite && seen.len() == channels {
-        return seen.to_vec();
-    }
-    match encoding {
-        Encoding::Scaled(Scaling::FullScale { full_scale }) => vec![[0.0, *full_scale]; channels],
-        Encoding::Scaled(Scaling::ZScore { mean, sd }) => {
-            mean.iter().zip(sd).map(|(mean, sd)| [mean - 3.0 * sd, mean + 3.0 * sd]).collect()
-        }
-        _ => vec![[-1.0, 1.0]; channels],
-    }
 }
 
 /// Predicts the samples of the test, without the guard.
