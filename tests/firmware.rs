@@ -45,16 +45,77 @@ loss = "gaussian-likelihood"
 name = "deep-mlp"
 "#;
 
+const IMAGES: &str = r#"
+name = "imprints"
+[data]
+scene = "imprint"
+samples = 60
+set = { elements = 16 }
+[encoding]
+image = { kind = "raw", scale = "full-scale" }
+[protocol]
+folds = 2
+[train]
+epochs = 2
+batch_size = 16
+[[networks]]
+name = "resnet8-lite-2d"
+"#;
+
+const FIELDS: &str = r#"
+name = "fields"
+[data]
+scene = "fingertip"
+samples = 60
+[encoding]
+image = { kind = "gadf", size = 16 }
+[protocol]
+folds = 2
+[train]
+epochs = 1
+batch_size = 16
+[[networks]]
+name = "resnet8-lite-2d"
+"#;
+
+/// Two attributes of series; the loss is filled in.
+const ATTRIBUTES: &str = r#"
+name = "two"
+[data]
+path = "own.npz"
+layout = "series"
+attributes = ["shore", "size"]
+[encoding]
+signal = { scale = "z-score" }
+[protocol]
+folds = 2
+[train]
+epochs = 2
+batch_size = 16
+loss = "LOSS"
+[[networks]]
+name = "resnet8-lite-1d"
+"#;
+
 /// A run, and the commands on it.
 struct Ran(TempDir);
 
 impl Ran {
     fn new(config: &str) -> Self {
+        Self::of(config, "fingertip")
+    }
+
+    /// Runs an experiment; `own.npz` are new samples of a scene.
+    fn of(config: &str, scene: &str) -> Self {
         let ran = Ran(tempfile::tempdir().unwrap());
-        fs::write(ran.path("c.toml"), config).unwrap();
-        ran.says("run c.toml --output run");
-        ran.says("simulate fingertip --samples 60 --seed 7 --output own.npz");
+        ran.says(&format!("simulate {scene} --samples 60 --seed 7 --output own.npz"));
+        ran.run(config);
         ran
+    }
+
+    fn run(&self, config: &str) {
+        fs::write(self.path("c.toml"), config).unwrap();
+        self.says("run c.toml --output run");
     }
 
     fn path(&self, name: &str) -> PathBuf {
@@ -189,4 +250,81 @@ fn values_leave_with_their_intervals_and_a_short_ring() {
     assert!(with.contains("#define TAXEL_DEEP_MLP_RING_STEPS 33u"), "{with}");
     let readme = fs::read_to_string(ran.path("deep_mlp/README.md")).unwrap();
     assert!(readme.contains("| values | 1: shore in Shore A, each with its 90 % interval |"), "{readme}");
+}
+
+#[test]
+fn images_leave_whole_and_what_is_no_image_of_the_sensor_is_refused() {
+    let ran = Ran::of(IMAGES, "imprint --set elements=16");
+    let small = ran.model("resnet8-lite-2d", true);
+    let with = ran.has_the_same_bits(&small, "skin");
+    for wanted in ["_CHANNELS 1u", "_ROWS 16u", "_COLUMNS 16u", "taxel_skin_readings_are_unknown"] {
+        assert!(with.contains(wanted), "{wanted}: {with}");
+    }
+    assert!(!with.contains("push"), "{with}");
+    let m4: Value =
+        serde_json::from_str(&ran.says(&format!("cost {small} --target m4f --format json"))).unwrap();
+    assert!(with.contains(&format!("_RAM_BYTES {}u", m4["ram_bytes"])), "{m4}");
+    assert!(m4["ring_bytes"] == 0 && m4["fits"] == true && m4["part"]["name"] == "STM32L4R9", "{m4}");
+    let said = ran.says(&format!("cost {small} --target m4f"));
+    assert!(said.contains("fits          yes: a large part with this core"), "{said}");
+    let said = ran.ends("export resnet8-lite-2d.safetensors --format c --output x", 2);
+    assert!(said.contains("in 32-bit floats (") && said.contains("in eight bits alone"), "{said}");
+    let ran = Ran::new(FIELDS);
+    let small = ran.model("resnet8-lite-2d", true);
+    let said = ran.ends(&format!("export {small} --format c --output x"), 2);
+    assert!(said.contains("Gramian angular field") && said.contains("768 values made of the 250"), "{said}");
+    assert!(!ran.path("x").exists());
+}
+
+#[test]
+fn several_attributes_leave_one_after_the_other() {
+    let ran = Ran(tempfile::tempdir().unwrap());
+    let value = |i: usize| ((i * 2_654_435_761 >> 7) % 1000) as f32 / 1000.0 + (i / 250 % 3) as f32;
+    let x: Vec<f32> = (0..60 * 250).map(value).collect();
+    let y: Vec<f32> = (0..60).flat_map(|i| [(i % 3) as f32, (i % 2) as f32]).collect();
+    let mut npz = taxel::data::Npz::default();
+    npz.add("x", &[60, 5, 50], &x).unwrap();
+    npz.add("y", &[60, 2], &y).unwrap();
+    fs::write(ran.path("own.npz"), npz.finish().unwrap()).unwrap();
+    for loss in ["multi-label-soft-margin", "cumulative-logits", "mean-squared-error"] {
+        ran.run(&ATTRIBUTES.replace("LOSS", loss));
+        let small = ran.model("resnet8-lite-1d", true);
+        let with = ran.has_the_same_bits(&small, "two");
+        for wanted in
+            ["_CLASSES 5u", "_ATTRIBUTES 2u", "_CLASSES_0 3u /* shore */", "_CLASSES_1 2u /* size */"]
+        {
+            assert!(with.contains(wanted), "{wanted}: {with}");
+        }
+        fs::remove_dir_all(ran.path("run")).unwrap();
+    }
+}
+
+#[test]
+fn what_needs_more_than_there_is_is_refused_before_anything_is_written() {
+    let ran = Ran::new(CLASSES);
+    let small = ran.model("resnet8-lite-1d", true);
+    let header = ran.has_the_same_bits(&small, "glove");
+    let number = |name: &str| -> u64 {
+        let line = header.lines().find(|line| line.contains(&format!("TAXEL_GLOVE_{name} "))).unwrap();
+        line.rsplit(' ').next().unwrap().trim_end_matches('u').parse().unwrap()
+    };
+    let (flash, ram) = (number("FLASH_BYTES"), number("RAM_BYTES") + number("RING_BYTES"));
+    let export = |limits: &str| format!("export {small} --format c {limits} --output x");
+    let thousands = taxel::base::thousands;
+    let said = ran.ends(&export(&format!("--max-flash {} --max-ram {}", flash - 1, ram - 1)), 2);
+    for (what, taken) in [("flash", flash), ("RAM", ram)] {
+        let words = format!("{} bytes of {what}, and {} are there", thousands(taken), thousands(taken - 1));
+        assert!(said.contains(&words), "{words}: {said}");
+    }
+    assert!(said.contains("nothing was written"), "{said}");
+    assert!(!ran.path("x").exists(), "{said}");
+    for (limits, reason) in [("--max-flash 64q", "is no size of memory"), ("--max-ram 0", "must be above 0")]
+    {
+        let said = ran.ends(&export(limits), 2);
+        assert!(said.contains(reason), "{said}");
+    }
+    let said = ran.ends("export resnet8-lite-1d.safetensors --max-ram 16k --output x.onnx", 2);
+    assert!(said.contains("belong to --format c"), "{said}");
+    ran.says(&export(&format!("--max-flash {flash} --max-ram {ram}")));
+    assert!(ran.path("x/README.md").exists());
 }

@@ -7,6 +7,7 @@ use crate::floats::in_place::in_place;
 use crate::fuse::fuse;
 use crate::layer::{Layer, Stage, Work};
 use crate::lower::{Network, lower};
+use crate::rows::lined;
 use crate::size::Size;
 use crate::source::{Source, margins};
 
@@ -52,7 +53,7 @@ impl Body {
         encoding: &Encoding,
         sample: [usize; 2],
     ) -> Result<Self, String> {
-        let network = in_place(fuse(lower(blueprint, encoding.shape(sample))?));
+        let network = lined(in_place(fuse(lower(blueprint, encoding.shape(sample))?)));
         let staged = network.layers.iter().rev().find_map(|layer| match &layer.work {
             Work::Stage(stage) => Some((stage.clone(), layer.to)),
             _ => None,

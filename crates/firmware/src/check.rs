@@ -5,10 +5,11 @@ use std::fmt::Write;
 use taxel_kernels::frozen::bytes::Ending;
 
 use crate::encoding::{Encoding, different_rows};
-use crate::layer::{Layer, Stage, Then, Work};
+use crate::layer::{Layer, Stage, Then, Windows, Work};
 use crate::library::Library;
 use crate::literals::{floats, table};
 use crate::numbers::{Digest, LARGEST, add_thresholds, byte, ended, ordered, steps};
+use crate::rows::{self, Lines};
 use crate::samples::SEED;
 
 /// The texts of the test.
@@ -18,11 +19,14 @@ pub(crate) struct Check {
     /// Functions that compute them, and their calls.
     pub checks: String,
     pub calls: String,
+    lines: Lines,
 }
 
 impl Check {
     pub fn new(library: &Library, all: &[Layer]) -> Self {
-        let mut check = Check { vectors: samples(library), checks: String::new(), calls: String::new() };
+        let lines = Lines::of(all);
+        let mut check =
+            Check { vectors: samples(library), checks: String::new(), calls: String::new(), lines };
         let mut layers = 0;
         for (number, layer) in all.iter().enumerate() {
             layers += usize::from(check.layer(number, layer, &library.encoding));
@@ -60,11 +64,8 @@ impl Check {
             Work::Map { factors, shifts, ending } => {
                 (maps(layer, factors, shifts, ending), "map", Some(String::new()))
             }
-            Work::Mean { spans, scales, ending } => {
-                let one = |(span, scale): (&[usize; 2], &(f32, f32))| {
-                    means(layer, span[1] - span[0], *scale, ending)
-                };
-                (spans.iter().zip(scales).map(one).collect(), "mean", Some(String::new()))
+            Work::Mean { windows, scales, ending } => {
+                (all_means(layer, windows, scales, ending), "mean", Some(String::new()))
             }
             Work::Add { factors, shift, ending } => {
                 (vec![pairs(layer, *factors, *shift, ending)], "add", Some(String::new()))
@@ -96,6 +97,7 @@ impl Check {
         let text = match kind {
             "stage" => include_str!("c/check/stage.c").to_string(),
             "map" => include_str!("c/check/map.c").to_string(),
+            "mean" if self.lines.pool => include_str!("c/check/mean_rows.c").to_string(),
             "mean" => include_str!("c/check/mean.c").to_string(),
             "add" => include_str!("c/check/add.c").to_string(),
             "conv" => {
@@ -204,6 +206,17 @@ fn maps(layer: &Layer, factors: &[f32], shifts: &[f32], ending: &Ending) -> Vec<
         digest.0
     };
     factors.iter().zip(shifts).map(one).collect()
+}
+
+/// Returns a digest of each mean that has numbers of its own: of one row of outputs where all rows have the same.
+fn all_means(layer: &Layer, windows: &Windows, scales: &[(f32, f32)], ending: &Ending) -> Vec<u32> {
+    let stored = rows::tables(scales, &layer.to);
+    let one = |(at, scale): (usize, &(f32, f32))| {
+        let (row, column) = (at / layer.to.positions, at % layer.to.positions);
+        let [lines, columns] = [windows.rows[row], windows.columns[column]].map(|[from, to]| to - from);
+        means(layer, lines * columns, *scale, ending)
+    };
+    stored.iter().enumerate().map(one).collect()
 }
 
 fn means(layer: &Layer, inside: usize, (factor, shift): (f32, f32), ending: &Ending) -> u32 {

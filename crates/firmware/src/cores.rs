@@ -52,12 +52,11 @@ impl Counts {
         let mut counts =
             Counts { products: 0, single: 0, others: encoding, floats: encoding, is_float: false };
         for layer in layers {
-            let stored = layer.to.positions * layer.to.channels;
+            let stored = layer.to.len() * layer.to.channels;
             match &layer.work {
                 Work::Conv(conv) => {
                     let products = stored * conv.segments * conv.fours * 4;
-                    *(if layer.to.positions > 1 { &mut counts.products } else { &mut counts.single }) +=
-                        products;
+                    *(if layer.to.len() > 1 { &mut counts.products } else { &mut counts.single }) += products;
                     counts.others += stored * (1 + conv.segments);
                     counts.floats += if Whole::new(conv).is_none() { stored } else { 0 };
                 }
@@ -67,9 +66,8 @@ impl Counts {
                 }
                 Work::Floats(work) => counts.add_floats(work, &layer.to),
                 Work::Stage(_) => {}
-                Work::Most(spans) | Work::Mean { spans, .. } | Work::MeanFloats { spans, .. } => {
-                    let read: usize = spans.iter().map(|[from, to]| to - from).sum();
-                    counts.others += read * layer.to.channels;
+                Work::Most(windows) | Work::Mean { windows, .. } | Work::MeanFloats { windows, .. } => {
+                    counts.others += windows.reads() * layer.to.channels;
                 }
                 Work::Map { .. } => {
                     counts.others += stored;
@@ -116,6 +114,17 @@ impl Counts {
     }
 }
 
+/// A microcontroller, as a measure of what its core usually has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Part {
+    /// Its name.
+    pub name: &'static str,
+    /// Bytes of flash on the chip.
+    pub flash: usize,
+    /// Bytes of RAM.
+    pub ram: usize,
+}
+
 impl Core {
     /// All cores.
     pub const ALL: [Core; 8] =
@@ -132,6 +141,21 @@ impl Core {
             Core::M55 => "m55",
             Core::Rv32imac => "rv32imac",
             Core::Rv32imafc => "rv32imafc",
+        }
+    }
+
+    /// Returns a large part with this core.
+    pub fn part(self) -> Part {
+        let part = |name, flash: usize, ram: usize| Part { name, flash: flash << 10, ram: ram << 10 };
+        match self {
+            Core::M0 => part("STM32F091", 256, 32),
+            Core::M3 => part("STM32F103xG", 1024, 96),
+            Core::M4f => part("STM32L4R9", 2048, 640),
+            Core::M7 => part("STM32H743", 2048, 1024),
+            Core::M33 => part("STM32U5A9", 4096, 2496),
+            Core::M55 => part("Alif E3", 5632, 4096),
+            Core::Rv32imac => part("GD32VF103", 128, 32),
+            Core::Rv32imafc => part("CH32V307", 256, 64),
         }
     }
 

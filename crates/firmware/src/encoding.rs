@@ -115,7 +115,12 @@ impl Encoding<'_> {
     /// Writes the functions that bring a sample, and a ring of time steps, into the arena.
     pub(crate) fn text(&self, stage: &Stage, sample: [usize; 2]) -> String {
         let taken = taken(stage, self.scaling());
-        let put = include_str!("c/encoding/put.c");
+        let put = match stage.by_row {
+            None => include_str!("c/encoding/put.c").to_string(),
+            Some([columns, by_row]) => include_str!("c/image/put.c")
+                .replace("@columns@", &columns.to_string())
+                .replace("@by_row@", &by_row.to_string()),
+        };
         let rest = match self {
             Encoding::Scaled(_) => include_str!("c/encoding/scaled.c").to_string(),
             Encoding::Code(code) => series(&self.code(code, sample), include_str!("c/encoding/code.c")),

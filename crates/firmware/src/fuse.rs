@@ -1,7 +1,7 @@
 //! Convolutions whose floats need not stand in memory: those that become bytes, and those of which one mean, largest value or
 //! deviation per filter is all that is read.
 
-use crate::layer::{Layer, Memory, Row, RowNumber, Span, Statistic, Then, Work};
+use crate::layer::{Layer, Memory, Row, RowNumber, Statistic, Then, Work};
 use crate::lower::Network;
 
 /// Filters that a convolution computes together.
@@ -25,8 +25,10 @@ pub(crate) fn fuse(mut network: Network) -> Network {
         };
         let to = network.layers[at].to;
         network.layers.retain(|layer| !layer.from.iter().any(|row| row.memory == to.memory));
-        network.memories[to.memory] = Memory { len: TOGETHER * to.positions, margins: [0; 2], zero: None };
-        network.layers[at].to = Row { start: 0, pitch: 1, ..to };
+        network.memories[to.memory] = Memory::of_floats(TOGETHER * to.len());
+        // Filters of an image lie side by side, so that one row of it follows the other.
+        let pitch = if to.rows == 1 { 1 } else { TOGETHER };
+        network.layers[at].to = Row { start: 0, pitch, row_pitch: pitch * to.positions, ..to };
         if let Work::Conv(conv) = &mut network.layers[at].work {
             conv.statistics = statistics;
         }
@@ -62,14 +64,14 @@ fn then(network: &Network, conv: &Layer) -> Option<(Then, Row)> {
 fn statistics(network: &Network, conv: &Layer) -> Option<Vec<Statistic>> {
     let users = users(network, conv)?;
     let numbers: Option<Vec<Statistic>> = users.into_iter().map(|layer| statistic(layer, &conv.to)).collect();
-    numbers.filter(|numbers| !numbers.is_empty() && conv.to.positions > 1)
+    let is_plain = matches!(&conv.work, Work::Conv(work) if conv.to.rows == 1 || work.groups == 1);
+    numbers.filter(|numbers| !numbers.is_empty() && conv.to.len() > 1 && is_plain)
 }
 
 fn statistic(layer: &Layer, row: &Row) -> Option<Statistic> {
-    let whole: Span = [0, row.positions];
     let number = match &layer.work {
-        Work::MeanFloats { spans, shares } if spans[..] == [whole] => RowNumber::Mean { share: shares[0] },
-        Work::Most(spans) if spans[..] == [whole] => RowNumber::Most,
+        Work::MeanFloats { windows, shares } if windows.is_whole(row) => RowNumber::Mean { share: shares[0] },
+        Work::Most(windows) if windows.is_whole(row) => RowNumber::Most,
         Work::Deviation { share, eps } => RowNumber::Deviation { share: *share, eps: *eps },
         _ => return None,
     };

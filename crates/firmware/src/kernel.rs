@@ -3,22 +3,34 @@
 use crate::cores::Core;
 use crate::layer::{RowNumber, Work};
 use crate::lower::Network;
+use crate::rows::{self, Lines};
+
+/// From the end of a row of a window to the start of the next one.
+const POOL_STEP: &str = "x += l->line - ((uint32_t)s.to - s.from) * l->from_pitch;";
 
 /// A kernel as C text, in the order in which they have to stand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Kernel {
+    Fill,
     Root,
     Conv,
+    ConvRows,
+    ConvNumbers,
     Depthwise,
+    DepthwiseRows,
     Map,
+    MapRows,
     Copy,
     Add,
+    AddRows,
     AddFloats,
+    AddFloatsRows,
     Pool,
     Most,
     MostFloats,
     Mean,
     MeanFloats,
+    PoolRows,
     Deviation,
     Shuffle,
     Flatten,
@@ -36,19 +48,29 @@ pub(crate) enum Kernel {
 impl Kernel {
     /// Returns the C text for a network.
     pub fn text(self, network: &Network) -> String {
+        let lines = Lines::of(&network.layers);
+        let step = lines.pool.then_some(POOL_STEP);
         let text = match self {
-            Kernel::Conv => return conv_text(network),
+            Kernel::Conv => return conv_text(network, lines),
+            Kernel::ConvRows => return rows::text("conv", &["from", "to", "addend"]),
+            Kernel::ConvNumbers => include_str!("c/image/numbers.c"),
+            Kernel::Fill => include_str!("c/image/fill.c"),
             Kernel::Root => include_str!("c/root.c"),
-            Kernel::Depthwise => include_str!("c/depthwise.c"),
+            Kernel::Depthwise => return depthwise_text(lines),
+            Kernel::DepthwiseRows => return rows::text("depthwise", &["from", "to"]),
             Kernel::Map => include_str!("c/map.c"),
+            Kernel::MapRows => return rows::text("map", &["from", "to"]),
+            Kernel::AddRows => return rows::text("add", &["a", "b", "to"]),
+            Kernel::AddFloatsRows => return rows::text("add_floats", &["a", "b", "to"]),
             Kernel::Copy => include_str!("c/copy.c"),
             Kernel::Add => include_str!("c/add.c"),
             Kernel::AddFloats => include_str!("c/add_floats.c"),
-            Kernel::Pool => include_str!("c/pool.c"),
-            Kernel::Most => include_str!("c/most.c"),
-            Kernel::MostFloats => include_str!("c/most_floats.c"),
-            Kernel::Mean => include_str!("c/mean.c"),
-            Kernel::MeanFloats => include_str!("c/mean_floats.c"),
+            Kernel::Pool => return pool_text(lines),
+            Kernel::Most => return rows::windows(include_str!("c/most.c"), step),
+            Kernel::MostFloats => return rows::windows(include_str!("c/most_floats.c"), step),
+            Kernel::Mean => return rows::windows(include_str!("c/mean.c"), step),
+            Kernel::MeanFloats => return rows::windows(include_str!("c/mean_floats.c"), step),
+            Kernel::PoolRows => include_str!("c/image/pool.c"),
             Kernel::Deviation => include_str!("c/deviation.c"),
             Kernel::Shuffle => include_str!("c/shuffle.c"),
             Kernel::Flatten => include_str!("c/flatten.c"),
@@ -75,8 +97,25 @@ fn fused_text() -> String {
     include_str!("c/float32/fused.c").replace("@soft@", &soft)
 }
 
+/// Returns the text of depthwise convolutions, of images where a kernel has several rows.
+fn depthwise_text(lines: Lines) -> String {
+    let fields = "    uint16_t lines;\n    int32_t gap; /* from the end of a row of the kernel to the start of the next one */\n";
+    let text = include_str!("c/depthwise.c");
+    if lines.depthwise {
+        rows::windows(&text.replace("MORE_FIELDS\n", fields), Some("x += l->gap;"))
+    } else {
+        rows::windows(text, None)
+    }
+}
+
+/// Returns the description of poolings, of images where a window has several rows.
+fn pool_text(lines: Lines) -> String {
+    let fields = if lines.pool { include_str!("c/image/pool_fields.c") } else { "" };
+    include_str!("c/pool.c").replace("MORE_FIELDS\n", fields)
+}
+
 /// Returns the text of convolutions with the modes that the network needs.
-fn conv_text(network: &Network) -> String {
+fn conv_text(network: &Network, lines: Lines) -> String {
     let mut statistics = vec![];
     for layer in &network.layers {
         let Work::Conv(conv) = &layer.work else { continue };
@@ -91,7 +130,8 @@ fn conv_text(network: &Network) -> String {
                      conv_statistics(l, arena + l->to / 4u, arena, filter);\n        \
                      if (next != filter) {\n            \
                      conv_statistics(l, arena + l->to / 4u + l->positions, arena, next);\n        }\n    }";
-        (include_str!("c/statistics.c").replace("            DEVIATION\n", &indented(deviation)), ended)
+        let text = include_str!("c/statistics.c").replace("            DEVIATION\n", &indented(deviation));
+        (if lines.numbers { text.replace("row[at]", "row[at * l->to_pitch]") } else { text }, ended)
     };
     include_str!("c/conv.c")
         .replace("@fraction@", &crate::whole::FRACTION.to_string())

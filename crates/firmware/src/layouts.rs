@@ -11,6 +11,11 @@ pub(crate) fn layouts(library: &Library, size: &Size) -> Vec<CFile> {
     let unit = library.unit.as_ref().map_or(String::new(), |unit| format!(", in {}", one_line(unit)));
     let remarks = library.remarks.iter().map(|remark| format!("\n{remark}\n")).collect::<String>();
     let readings = library.readings.as_ref().map_or("", |_| include_str!("folder/use_readings.md"));
+    let printed = library.answers.example();
+    let printed = match library.image {
+        Some(_) => printed.replace("predict_latest(", "predict(sample, "),
+        None => printed.into(),
+    };
     let more = [
         ("@model@", model.clone()),
         ("@period@", period.to_string()),
@@ -18,11 +23,16 @@ pub(crate) fn layouts(library: &Library, size: &Size) -> Vec<CFile> {
         ("@unit@", unit),
         ("@answer_row@", library.answers.row()),
         ("@use@", library.answers.use_of() + readings),
-        ("@print@", library.answers.example().into()),
+        ("@print@", printed),
+        ("@period_ms@", period.div_ceil(1000).to_string()),
         ("@samples@", library.samples.count.to_string()),
         ("@about@", library.about.trim_end().replace("```", "'''")),
         ("@remarks@", remarks),
     ];
+    let example = match library.image {
+        Some(_) => include_str!("folder/SensorImage.ino"),
+        None => include_str!("folder/SensorLoop.ino"),
+    };
     let file = |path: &str, template: &str| {
         let text = library.filled(template, size, &more);
         CFile { path: path.into(), text }
@@ -35,7 +45,7 @@ pub(crate) fn layouts(library: &Library, size: &Size) -> Vec<CFile> {
         file("zephyr/module.yml", include_str!("folder/module.yml")),
         file("zephyr/Kconfig", include_str!("folder/Kconfig")),
         file("zephyr/CMakeLists.txt", include_str!("folder/zephyr.txt")),
-        file("examples/SensorLoop/SensorLoop.ino", include_str!("folder/SensorLoop.ino")),
+        file("examples/SensorLoop/SensorLoop.ino", example),
     ]
 }
 

@@ -2,11 +2,10 @@
 
 use taxel_runtime::Blueprint;
 
-use crate::answers::Answers;
+use crate::answers::{Answers, ReadingsGate};
 use crate::encoding::Encoding;
 use crate::linear::Linear;
 use crate::literals::{comment, identifier};
-use crate::readings::ReadingsGate;
 use crate::samples::Samples;
 use crate::size::Size;
 
@@ -23,8 +22,10 @@ pub struct Library<'a> {
     pub method: Method<'a>,
     /// How a sample becomes what the network reads.
     pub encoding: Encoding<'a>,
-    /// Channels and time steps of a sample.
+    /// Channels and time steps of a sample; of an image channels and pixels.
     pub sample: [usize; 2],
+    /// Rows and columns of an image; none of a series. An image is predicted whole: there is no `push`.
+    pub image: Option<[usize; 2]>,
     /// Its answers.
     pub answers: Answers,
     /// Whether the readings of a sample are like those of the training; none of a model that does not say it.
@@ -93,6 +94,7 @@ impl<'a> Library<'a> {
             method,
             encoding,
             sample,
+            image: None,
             answers,
             readings: None,
             about: String::new(),
@@ -112,8 +114,9 @@ impl<'a> Library<'a> {
     /// Fills the places of a text that all files share, then `more`.
     pub(crate) fn filled(&self, template: &str, size: &Size, more: &[(&str, String)]) -> String {
         let (name, [channels, steps]) = (self.identifier(), self.sample);
+        let [rows, columns] = self.image.unwrap_or([1, steps]);
         let noun = match self.answers {
-            Answers::Classes { .. } => "Classes",
+            Answers::Classes { .. } | Answers::Attributes { .. } => "Classes",
             Answers::Values { .. } => "Quantities",
         };
         let mut text = template.to_string();
@@ -126,9 +129,10 @@ impl<'a> Library<'a> {
             (
                 "@title@",
                 comment(&format!(
-                    "{}: predicts {} from {channels} channels x {steps} time steps",
+                    "{}: predicts {} from {}",
                     self.model,
-                    self.answers.words()
+                    self.answers.words(),
+                    self.sample_words().replace('×', "x")
                 )),
             ),
             ("@version@", comment(&self.version)),
@@ -138,7 +142,12 @@ impl<'a> Library<'a> {
             ("@answer_count@", self.answers.count().to_string()),
             ("@outputs@", self.answers.outputs().to_string()),
             ("@ring_steps@", self.encoding.ring_steps(steps).to_string()),
+            ("@sample@", self.sample_words()),
+            ("@sample_in_ascii@", self.sample_words().replace('×', "x")),
+            ("@sample_bytes@", (channels * steps * size_of::<f32>()).to_string()),
             ("@channels@", channels.to_string()),
+            ("@rows@", rows.to_string()),
+            ("@columns@", columns.to_string()),
             ("@steps@", steps.to_string()),
             ("@values@", (channels * steps).to_string()),
             ("@workspace@", (size.ram / size_of::<f32>()).to_string()),
@@ -151,6 +160,41 @@ impl<'a> Library<'a> {
         for (key, value) in shared {
             text = text.replace(key, &value);
         }
-        text
+        self.of_samples(&text)
+    }
+
+    /// Returns the size of a sample in words.
+    fn sample_words(&self) -> String {
+        let [channels, steps] = self.sample;
+        let of = |count: usize| if count == 1 { "channel" } else { "channels" };
+        match self.image {
+            Some([rows, columns]) => format!("{channels} {} × {rows} rows × {columns} columns", of(channels)),
+            None => format!("{channels} channels × {steps} time steps"),
+        }
+    }
+
+    /// Leaves the lines that are for samples of this kind, series or images, and gives the axes their names.
+    fn of_samples(&self, text: &str) -> String {
+        let name = self.identifier().to_uppercase();
+        let (gone, axes) = match self.image {
+            Some(_) => ("live", "channels, rows and columns"),
+            None => ("still", "channels and time steps"),
+        };
+        let mut is_gone = false;
+        let mut kept = String::with_capacity(text.len());
+        for line in text.split_inclusive('\n') {
+            match line.trim() {
+                "@live@" | "@still@" => is_gone = line.trim().trim_matches('@') == gone,
+                "@end live@" | "@end still@" => is_gone = false,
+                _ if is_gone => {}
+                _ => kept.push_str(line),
+            }
+        }
+        let kept = kept.replace("@axes@", axes);
+        if self.image.is_none() {
+            return kept;
+        }
+        kept.replace(&format!("TAXEL_{name}_STEPS"), &format!("TAXEL_{name}_PIXELS"))
+            .replace("each with its time steps", "each row after row")
     }
 }

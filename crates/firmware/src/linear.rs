@@ -77,7 +77,7 @@ impl Linear<'_> {
             whole_bytes: 0,
             macs: self.features.macs([channels, steps]) + self.weights.len(),
             arena: size_of::<f32>() * (outputs_at + outputs),
-            stage: Stage { by_channel: steps, by_step: 1, scales: None, ending: plain() },
+            stage: Stage { by_channel: steps, by_step: 1, by_row: None, scales: None, ending: plain() },
             needs_fpu: false,
             stage_at: 0,
             stage_margins: String::new(),

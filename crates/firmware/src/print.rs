@@ -1,13 +1,12 @@
 //! The folder of C: its files, and how much memory the code needs.
 
-use crate::answers::Answers;
+use crate::answers::{Answers, ReadingsGate};
 use crate::body::Body;
 use crate::check::Check;
 use crate::cores::Core;
 use crate::error::{Error, Result};
 use crate::layouts::layouts;
 use crate::library::{CFile, Library, Method};
-use crate::readings::ReadingsGate;
 use crate::size::Size;
 use crate::source::address;
 
@@ -115,7 +114,11 @@ impl Library<'_> {
             tables,
             flash: tables + code,
             ram: body.arena,
-            ring: encoding.ring_steps(sample[1]) * sample[0] * encoding.kept_bytes(&body.stage),
+            ring: if self.image.is_some() {
+                0
+            } else {
+                encoding.ring_steps(sample[1]) * sample[0] * encoding.kept_bytes(&body.stage)
+            },
             macs: body.macs,
         }
     }

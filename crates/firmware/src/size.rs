@@ -25,6 +25,7 @@ impl Size {
         /// Interface and input.
         const BASE: usize = 900;
         let bytes = |kernel: &Kernel| match kernel {
+            Kernel::Fill => 40,
             Kernel::Root => 200,
             Kernel::Conv => 1700,
             Kernel::Depthwise => 500,
@@ -36,6 +37,10 @@ impl Size {
             Kernel::Most | Kernel::MostFloats | Kernel::MeanFloats | Kernel::Shuffle => 150,
             Kernel::Mean => 350,
             Kernel::Deviation | Kernel::FloatDeviation | Kernel::Norm => 450,
+            Kernel::ConvRows | Kernel::DepthwiseRows | Kernel::MapRows => 80,
+            Kernel::AddRows | Kernel::AddFloatsRows => 80,
+            Kernel::ConvNumbers => 250,
+            Kernel::PoolRows => 120,
             Kernel::Fused => 0,
             Kernel::FloatConv => 1000,
             Kernel::FloatDepthwise | Kernel::FloatMap => 250,

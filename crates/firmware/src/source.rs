@@ -8,9 +8,10 @@ use taxel_kernels::frozen::bytes::Ending;
 use crate::arena::{Arena, element, offset};
 use crate::floats::source::FloatSource;
 use crate::kernel::Kernel;
-use crate::layer::{Conv, Depthwise, Layer, Memory, RowNumber, Span, Statistic, Then, Work};
+use crate::layer::{Conv, Depthwise, Gaps, Layer, Memory, RowNumber, Span, Statistic, Then, Windows, Work};
 use crate::literals::{float, floats, numbers, table};
 use crate::lower::Network;
+use crate::rows::{self, Lines};
 use crate::whole::Whole;
 
 /// The layers of a network as C.
@@ -25,12 +26,17 @@ pub(crate) struct Source {
     /// Bytes of the tables, and of those that only processors without floats in hardware need.
     pub table_bytes: usize,
     pub whole_bytes: usize,
+    lines: Lines,
 }
 
 impl Source {
     /// Writes all layers but the input.
     pub fn new(network: &Network, arena: &Arena) -> Self {
-        let mut source = Source::default();
+        let mut source = Source { lines: Lines::of(&network.layers), ..Source::default() };
+        if network.layers.iter().flat_map(Layer::rows).any(|row| network.memories[row.memory].gaps.count > 0)
+        {
+            source.kernels.insert(Kernel::Fill);
+        }
         let mut begun = BTreeSet::new();
         for (number, layer) in network.layers.iter().enumerate() {
             if begun.insert(layer.to.memory) && !matches!(layer.work, Work::Stage(_)) {
@@ -49,7 +55,10 @@ impl Source {
             Work::Map { factors, shifts, ending } => {
                 self.map(number, layer, [factors, shifts], ending, arena)
             }
-            Work::Copy => self.copy(layer, arena),
+            Work::Copy => {
+                let sizes = [layer.to.channels * element(&layer.to), layer.to.positions];
+                self.moved(Kernel::Copy, "copy", layer, arena, &sizes);
+            }
             Work::Add { factors, shift, ending } => {
                 let numbers = [factors[0], factors[1], *shift].map(float).join(", ");
                 let (before, makes) =
@@ -72,19 +81,16 @@ impl Source {
                 self.described(number, layer, Kernel::Deviation, "deviation", &fields, 24);
             }
             Work::Shuffle(groups) => {
-                let (from, to) = (&layer.from[0], &layer.to);
-                let places = [offset(from, arena), from.pitch, offset(to, arena), to.pitch];
-                self.moved(
-                    Kernel::Shuffle,
-                    "shuffle",
-                    &[&places[..], &[to.channels, *groups, to.positions]].concat(),
-                );
+                let sizes = [layer.to.channels, *groups, layer.to.positions];
+                self.moved(Kernel::Shuffle, "shuffle", layer, arena, &sizes);
             }
             Work::Flatten => {
                 let (from, to) = (&layer.from[0], &layer.to);
                 let places =
                     [offset(from, arena), from.pitch, offset(to, arena), from.channels, from.positions];
-                self.moved(Kernel::Flatten, "flatten", &places);
+                self.kernels.insert(Kernel::Flatten);
+                let places: Vec<String> = places.iter().map(|place| format!("{place}u")).collect();
+                let _ = writeln!(self.calls, "    flatten(arena, {});", places.join(", "));
             }
             Work::Floats(work) => {
                 let FloatSource { kernels, function, tables, table_bytes, fields } =
@@ -101,11 +107,17 @@ impl Source {
         }
     }
 
-    /// Adds the call of a kernel that has no description.
-    fn moved(&mut self, kernel: Kernel, name: &str, places: &[usize]) {
+    /// Adds the call of a kernel that moves rows and has no description; of each row of an image.
+    fn moved(&mut self, kernel: Kernel, name: &str, layer: &Layer, arena: &Arena, sizes: &[usize]) {
         self.kernels.insert(kernel);
-        let places: Vec<String> = places.iter().map(|place| format!("{place}u")).collect();
-        let _ = writeln!(self.calls, "    {name}(arena, {});", places.join(", "));
+        let (from, to) = (&layer.from[0], &layer.to);
+        for row in 0..to.rows {
+            let each = element(to);
+            let [x, y] = [from, to].map(|one| offset(one, arena) + row * one.row_pitch * each);
+            let places = [&[x, from.pitch * each, y, to.pitch * each][..], sizes].concat();
+            let places: Vec<String> = places.iter().map(|place| format!("{place}u")).collect();
+            let _ = writeln!(self.calls, "    {name}(arena, {});", places.join(", "));
+        }
     }
 
     fn map(
@@ -149,7 +161,9 @@ impl Source {
             self.tables,
             "/* {title} */\nstatic const {kind}_layer layer_{number} = {{\n    {fields}\n}};\n"
         );
-        let _ = writeln!(self.calls, "    {name}(&layer_{number}, arena); /* {title} */");
+        let (call, by_rows) = rows::call(name, layer, kernel, &format!("&layer_{number}"));
+        self.kernels.extend(by_rows);
+        let _ = writeln!(self.calls, "    {call}; /* {title} */");
         self.table_bytes += bytes;
     }
 
@@ -267,43 +281,42 @@ impl Source {
             to.pitch,
             u8::from(to.scale.is_some())
         );
-        self.described(number, layer, Kernel::Depthwise, "depthwise", &fields, 48);
-    }
-
-    fn copy(&mut self, layer: &Layer, arena: &Arena) {
-        let (from, to) = (&layer.from[0], &layer.to);
-        let each = element(to);
-        let places = [offset(from, arena), from.pitch * each, offset(to, arena), to.pitch * each];
-        self.moved(Kernel::Copy, "copy", &[&places[..], &[to.channels * each, to.positions]].concat());
+        let gap = conv.line_apart as i64 - (conv.taps * conv.apart) as i64;
+        let lines = if self.lines.depthwise { format!(", {}, {gap}", conv.lines) } else { String::new() };
+        self.described(number, layer, Kernel::Depthwise, "depthwise", &(fields + &lines), 48);
     }
 
     fn pool(&mut self, number: usize, layer: &Layer, arena: &Arena) {
         let (from, to) = (&layer.from[0], &layer.to);
         let is_bytes = from.scale.is_some();
         let mut tables = vec!["NULL".to_string(); 2];
+        let mut of_row = 0;
         let plain = Ending { zero: 0.0, low: f32::NEG_INFINITY, high: f32::INFINITY };
-        let (spans, ending, kernel, name): (&[Span], Ending, Kernel, &str) = match &layer.work {
-            Work::Mean { spans, scales, ending } => {
+        let (windows, ending, kernel, name) = match &layer.work {
+            Work::Mean { windows, scales, ending } => {
+                let scales = rows::tables(scales, to);
+                of_row = if scales.len() > to.positions { to.positions } else { 0 };
                 let (factors, shifts): (Vec<f32>, Vec<f32>) = scales.iter().copied().unzip();
                 tables = vec![self.floats(number, "factor", &factors), self.floats(number, "shift", &shifts)];
-                (spans, *ending, Kernel::Mean, "mean")
+                (windows, *ending, Kernel::Mean, "mean")
             }
-            Work::MeanFloats { spans, shares } => {
+            Work::MeanFloats { windows, shares } => {
+                let shares = rows::tables(shares, to);
+                of_row = if shares.len() > to.positions { to.positions } else { 0 };
                 tables[0] = self.floats(number, "factor", shares);
-                (spans, plain, Kernel::MeanFloats, "mean_floats")
+                (windows, plain, Kernel::MeanFloats, "mean_floats")
             }
-            Work::Most(spans) if is_bytes => (spans, plain, Kernel::Most, "most"),
-            Work::Most(spans) => (spans, plain, Kernel::MostFloats, "most_floats"),
-            _ => unreachable!("only poolings have spans"),
+            Work::Most(windows) if is_bytes => (windows, plain, Kernel::Most, "most"),
+            Work::Most(windows) => (windows, plain, Kernel::MostFloats, "most_floats"),
+            _ => unreachable!("only poolings have windows"),
         };
-        let pairs: Vec<String> = spans.iter().map(|[from, to]| format!("{{{from}, {to}}}")).collect();
-        self.tables += &table("span", &format!("spans_{number}"), &pairs);
-        self.table_bytes += 4 * spans.len();
+        self.spans(&format!("spans_{number}"), &windows.columns);
+        let (first, more) = self.rows_of_windows(number, layer, windows, of_row);
         let fields = format!(
-            "spans_{number}, {}, {}, {}, {}, {}, {}, {}, {}, {}",
+            "spans_{number}, {}, {}, {}, {}, {}, {}, {}, {}, {}{more}",
             tables.join(", "),
             end(&ending),
-            offset(from, arena),
+            offset(from, arena) + first,
             offset(to, arena),
             to.channels,
             to.positions,
@@ -312,6 +325,40 @@ impl Source {
             u8::from(to.scale.is_some())
         );
         self.described(number, layer, kernel, name, &fields, 44);
+    }
+
+    /// Adds a table of windows.
+    fn spans(&mut self, name: &str, spans: &[Span]) {
+        let pairs: Vec<String> = spans.iter().map(|[from, to]| format!("{{{from}, {to}}}")).collect();
+        self.tables += &table("span", name, &pairs);
+        self.table_bytes += 4 * spans.len();
+    }
+
+    /// Adds the rows of the windows of an image. What comes back: how many bytes the first window begins behind the input, and the
+    /// fields of the description. `tables` is the number of factors from one row of outputs to the next.
+    fn rows_of_windows(
+        &mut self,
+        number: usize,
+        layer: &Layer,
+        windows: &Windows,
+        tables: usize,
+    ) -> (usize, String) {
+        if !self.lines.pool {
+            return (0, String::new());
+        }
+        let (from, to) = (&layer.from[0], &layer.to);
+        let of_bytes = [from, to].map(|row| row.row_pitch * element(row));
+        let (first, name) = if to.rows > 1 {
+            let name = format!("rows_{number}");
+            self.spans(&name, &windows.rows);
+            (0, name)
+        } else {
+            (windows.rows[0][0] * of_bytes[0], "NULL".into())
+        };
+        self.table_bytes += 28;
+        let lines = windows.rows[0][1] - windows.rows[0][0];
+        let places = numbers(&[to.rows, lines, from.row_pitch, of_bytes[0], of_bytes[1], tables]);
+        (first, format!(",\n    {name}, {places}"))
     }
 }
 
@@ -334,13 +381,19 @@ pub(crate) fn address(kind: &str, at: usize) -> String {
 
 /// Returns the statements that fill the margins of a memory.
 pub(crate) fn margins(network: &Network, arena: &Arena, memory: usize) -> String {
-    let Memory { margins, zero, len } = network.memories[memory];
+    let Memory { margins, gaps, zero, len } = network.memories[memory];
     let (each, zero) = zero.map_or((size_of::<f32>(), 0), |zero| (1, i32::from(zero) - 128));
     let base = arena.offsets[memory].unwrap_or(0);
     let ends = [base, base + (len - margins[1]) * each];
     let mut calls = String::new();
     for (at, len) in ends.into_iter().zip(margins).filter(|(_, len)| *len > 0) {
         let _ = writeln!(calls, "    (void)memset({}, {zero}, {}u);", address("int8_t", at), len * each);
+    }
+    let Gaps { len: gap, apart, count } = gaps;
+    if count > 0 {
+        let first = base + (margins[0] + apart - gap) * each;
+        let at = format!("(int8_t *)arena + {first}");
+        let _ = writeln!(calls, "    fill({at}, {zero}, {}u, {}u, {count}u);", gap * each, apart * each);
     }
     calls
 }

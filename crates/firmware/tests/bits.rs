@@ -4,10 +4,8 @@
 
 mod common;
 
-use common::{C99, Case, Own, SAMPLE, classes, weights, z_score};
+use common::{C99, Case, Own, classes, z_score};
 use taxel_encodings::Scaling;
-use taxel_firmware::{Encoding, Expected, Library, Method, Samples};
-use taxel_runtime::{Blueprint, Ranges};
 
 fn same_bits(compiler: &str, cases: &[(&str, Own, Option<f64>)], flags: &[&[&str]]) {
     for (name, encoding, temperature) in cases {
@@ -54,25 +52,4 @@ fn the_code_is_cpp_as_well() {
         &[("resnet8-lite-1d", z_score(), Some(1.7)), ("densenet6-lite-1d", z_score(), None)],
         &flags,
     );
-}
-
-#[test]
-fn what_has_no_c_is_refused_with_the_layer() {
-    let refused = |name: &str| {
-        let graph = taxel_zoo::find(name).unwrap().graph(&taxel_zoo::Settings::new()).unwrap();
-        let blueprint = Blueprint::new(&graph, &weights(&graph), &Ranges::new()).unwrap();
-        let samples = Samples::new(1, &[[0.0, 1.0]; 5], 50);
-        let encoding = (Encoding::Scaled(&Scaling::Raw), SAMPLE);
-        let library = Library::new(
-            name,
-            Method::Network(&blueprint),
-            encoding,
-            classes(None),
-            samples,
-            Expected::default(),
-        );
-        library.files().unwrap_err().to_string()
-    };
-    let image = refused("resnet8-lite-2d");
-    assert!(image.contains("only networks on series"), "{image}");
 }

@@ -6,9 +6,11 @@ mod common;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use common::attributes::attributes;
+use common::images;
 use common::linear::{convolutions, with_library};
 use common::{Case, Own, SAMPLE, WARNINGS, classes, code, gated, readings_gate, values, z_score};
-use taxel_firmware::{Answers, Features, Library, Spread, write_folder};
+use taxel_firmware::{Answers, Features, Library, Shares, Spread, write_folder};
 
 /// Networks of the zoo.
 const NETWORKS: [&str; 5] =
@@ -96,6 +98,18 @@ fn printed(home: &Path) -> Vec<PathBuf> {
     let forces = values(Spread::Alike, Some(2.3));
     with_library("minirocket-values", rocket(true), &scaling, &forces, |l| write("minirocket-values", l));
     with_library("ridge", Features::Readings, &scaling, &forces, |l| write("ridge", l));
+    let size = [3, 12, 18];
+    for graph in [images::separables(size, 3), images::parts(size, 3)] {
+        write(graph.name(), &images::case(&graph, size, images::z_score(3), classes(None)).library());
+    }
+    for (name, shares, temperature) in [
+        ("sigmoid", Shares::Sigmoid, Some(1.6)),
+        ("ordered", Shares::Ordered, None),
+        ("cut", Shares::Cut, None),
+    ] {
+        let case = Case::new("mlp", z_score(), attributes(shares, temperature));
+        write(name, &Library { name: name.into(), ..case.library() });
+    }
     folders
 }
 

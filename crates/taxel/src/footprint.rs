@@ -25,6 +25,21 @@ pub struct Footprint {
     pub products: u64,
     /// Instructions of one prediction, about: not cycles. None of MiniRocket and ridge, which were not counted.
     pub instructions: Option<u64>,
+    /// A large part with this core, and whether its flash and RAM are enough.
+    pub part: Part,
+    /// Whether flash, and RAM with the time steps, fit that part; stack is left out.
+    pub fits: bool,
+}
+
+/// A microcontroller.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct Part {
+    /// Its name.
+    pub name: &'static str,
+    /// Bytes of flash.
+    pub flash_bytes: u64,
+    /// Bytes of RAM.
+    pub ram_bytes: u64,
 }
 
 /// Returns what a model takes on a core, as C, without writing it.
@@ -35,9 +50,12 @@ pub fn footprint(model: &Model, core: Core) -> Result<Footprint> {
     with_library(model, None, 0, |library: &Library| {
         library.check_core(core)?;
         let Size { tables, ram, ring, macs, .. } = library.size()?;
+        let (flash, part) = (library.flash(core)?, core.part());
         Ok(Footprint {
             target: core.name(),
-            flash_bytes: library.flash(core)? as u64,
+            part: Part { name: part.name, flash_bytes: part.flash as u64, ram_bytes: part.ram as u64 },
+            fits: flash <= part.flash && ram + ring <= part.ram,
+            flash_bytes: flash as u64,
             table_bytes: tables as u64,
             ram_bytes: ram as u64,
             ring_bytes: ring as u64,

@@ -95,9 +95,9 @@ pub use error::{Error, Result};
 #[cfg(feature = "lab")]
 pub use export::{Exported, ExportedInput, export};
 #[cfg(feature = "lab")]
-pub use firmware::{ExportedC, export_c};
+pub use firmware::{ExportedC, export_c, export_c_within};
 #[cfg(feature = "lab")]
-pub use footprint::{Footprint, footprint, room};
+pub use footprint::{Footprint, Part, footprint, room};
 #[cfg(feature = "lab")]
 pub use listing::{costs, listing};
 pub use ndarray;

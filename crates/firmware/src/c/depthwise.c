@@ -6,6 +6,7 @@ typedef struct {
     uint32_t from, to;
     uint16_t step, taps, apart, channels, positions, to_pitch;
     uint8_t makes_bytes;
+MORE_FIELDS
 } depthwise_layer;
 
 static inline float depthwise_value(const depthwise_layer *l, uint32_t channel, int32_t sum)
@@ -33,11 +34,13 @@ static void depthwise(const depthwise_layer *l, float *arena)
             const int8_t *w = l->weight + channel;
             const uint32_t at = position * l->to_pitch + channel;
             int32_t sum = l->start[channel];
+            LINES
             for (tap = 0; tap < l->taps; tap++) {
                 sum += *x * *w;
                 x += l->apart;
                 w += l->channels;
             }
+            END LINES
             if (l->makes_bytes != 0u) {
                 bytes[l->to + at] = depthwise_byte(l, channel, sum);
             } else {

@@ -37,6 +37,7 @@ static int outputs_of(float *arena, const float *sample, float *outputs)
 #ifndef TAXEL_@NAME@_NO_STATIC
 
 static float own_workspace[TAXEL_@NAME@_WORKSPACE];
+@live@
 /* The last time steps, the oldest at `oldest`. */
 static kept ring[TAXEL_@NAME@_RING_STEPS * TAXEL_@NAME@_CHANNELS];
 static uint32_t oldest, held;
@@ -75,6 +76,7 @@ static int outputs_of_ring(float *outputs)
     run(own_workspace, outputs);
     return 0;
 }
+@end live@
 
 #endif
 

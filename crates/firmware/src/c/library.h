@@ -11,19 +11,30 @@
 extern "C" {
 #endif
 
-/* @answer_noun@, and the channels and time steps of a sample. */
+/* @answer_noun@, and the @axes@ of a sample. */
 #define TAXEL_@NAME@_@ANSWERS@ @answer_count@u
 #define TAXEL_@NAME@_CHANNELS @channels@u
+@live@
 #define TAXEL_@NAME@_STEPS @steps@u
+@end live@
+@still@
+#define TAXEL_@NAME@_ROWS @rows@u
+#define TAXEL_@NAME@_COLUMNS @columns@u
+#define TAXEL_@NAME@_PIXELS @steps@u
+@end still@
 #define TAXEL_@NAME@_VALUES @values@u
+@live@
 /* Time steps that `push` has to bring before a prediction: those that the model reads. */
 #define TAXEL_@NAME@_RING_STEPS @ring_steps@u
+@end live@
 
 /* Floats of a workspace, and its bytes: all the memory that a prediction needs besides the stack. */
 #define TAXEL_@NAME@_WORKSPACE @workspace@u
 #define TAXEL_@NAME@_RAM_BYTES @ram@u
+@live@
 /* Bytes that `push` needs besides, if the program calls it. */
 #define TAXEL_@NAME@_RING_BYTES @ring@u
+@end live@
 /* Bytes of the constant tables; with the code on an Arm Cortex-M at -O2, about. */
 #define TAXEL_@NAME@_TABLE_BYTES @table@u
 #define TAXEL_@NAME@_FLASH_BYTES @flash@u
@@ -32,10 +43,13 @@ extern "C" {
 @fpu@
 /* A value of the sample is not a finite number; nothing was predicted. */
 #define TAXEL_@NAME@_NOT_FINITE (-1)
+@live@
 /* Fewer than TAXEL_@NAME@_RING_STEPS time steps have been pushed. */
 #define TAXEL_@NAME@_NOT_READY (-2)
+@end live@
 
 @api@
+@live@
 /* Takes one time step of a live sensor, all channels. A step that is not finite is left out. */
 int taxel_@name@_push(const float step[TAXEL_@NAME@_CHANNELS]);
 
@@ -45,6 +59,7 @@ int taxel_@name@_ready(void);
 /* Forgets the time steps. */
 void taxel_@name@_clear(void);
 
+@end live@
 #ifdef __cplusplus
 }
 #endif

@@ -23,10 +23,12 @@ static void mean(const pool_layer *l, float *arena)
             const int8_t *x = bytes + l->from + (uint32_t)s.from * l->from_pitch + channel;
             const uint32_t to = position * l->to_pitch + channel;
             int32_t sum = 0;
+            LINES
             for (at = s.from; at < s.to; at++) {
                 sum += (int32_t)*x + 128;
                 x += l->from_pitch;
             }
+            END LINES
             if (l->makes_bytes != 0u) {
                 bytes[l->to + to] = mean_byte(l, position, sum);
             } else {

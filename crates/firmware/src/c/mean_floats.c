@@ -6,10 +6,12 @@ static void mean_floats(const pool_layer *l, float *arena)
         for (channel = 0; channel < l->channels; channel++) {
             const float *x = arena + l->from / 4u + (uint32_t)s.from * l->from_pitch + channel;
             float sum = 0.0f;
+            LINES
             for (at = s.from; at < s.to; at++) {
                 sum = plus(sum, *x);
                 x += l->from_pitch;
             }
+            END LINES
             arena[l->to / 4u + position * l->to_pitch + channel] = times(sum, l->factor[position]);
         }
     }

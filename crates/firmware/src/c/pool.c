@@ -11,4 +11,5 @@ typedef struct {
     uint32_t from, to;
     uint16_t channels, positions, from_pitch, to_pitch;
     uint8_t makes_bytes;
+MORE_FIELDS
 } pool_layer;

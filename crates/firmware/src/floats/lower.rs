@@ -27,6 +27,9 @@ pub(crate) fn float_work(
         return Ok(None);
     }
     let work = match op {
+        PlannedOp::FloatConv(conv) if conv.window.kernel[1] > 1 || from[0].rows > 1 => {
+            return Err("it convolves an image of floats, which C does in eight bits alone".into());
+        }
         PlannedOp::FloatConv(conv) if conv.has_fewer_products => {
             return Err("its products are saved by transforms (Winograd), which C does not have".into());
         }
@@ -54,7 +57,7 @@ pub(crate) fn float_work(
 
 /// Checks that the values of a row lie one after the other.
 fn contiguous(from: &Row) -> Result<(), String> {
-    if from.positions == 1 || from.pitch == from.channels {
+    if from.rows == 1 && (from.positions == 1 || from.pitch == from.channels) {
         Ok(())
     } else {
         Err("it reads values that do not lie one after the other".into())
@@ -79,7 +82,7 @@ fn fours(weight: &[f32], bias: &[f32], groups: usize) -> Fours {
 
 fn convolution(conv: &PlannedFloatConv, from: &Row, to: &Row) -> Result<FloatWork, String> {
     let PlannedFloatConv { window, dilation, groups, weight, bias, rectifier, .. } = conv;
-    let Taps { kernel, first, step, apart } = Taps::new(window, *dilation, from);
+    let Taps { kernel, first, step, apart, .. } = Taps::new(window, *dilation, from);
     let channels = from.channels / groups;
     // Channels of neighbouring positions lie one after the other.
     let is_whole = *groups == 1 && dilation[2] == 1 && from.pitch == channels;
@@ -99,7 +102,7 @@ fn convolution(conv: &PlannedFloatConv, from: &Row, to: &Row) -> Result<FloatWor
 }
 
 fn depthwise(conv: &PlannedFloatConv, from: &Row, to: &Row) -> Result<FloatWork, String> {
-    let Taps { kernel, first, step, apart } = Taps::new(&conv.window, conv.dilation, from);
+    let Taps { kernel, first, step, apart, .. } = Taps::new(&conv.window, conv.dilation, from);
     fits(&[step, apart, kernel, to.channels], kernel)?;
     let (weight, bias, rectifier) = (conv.weight.clone(), conv.bias.clone(), conv.rectifier);
     Ok(FloatWork::Depthwise(FloatDepthwise { weight, bias, first, step, taps: kernel, apart, rectifier }))

@@ -1,6 +1,8 @@
 //! Networks of the zoo in eight bits, what the runtime predicts with them, and their C, compiled and run.
 #![allow(dead_code, clippy::unwrap_used, clippy::panic)]
 
+pub mod attributes;
+pub mod images;
 pub mod linear;
 
 use std::path::Path;
@@ -62,7 +64,7 @@ impl Own {
         }
     }
 
-    /// Returns the shape of what comes out.
+    /// Returns the shape of what comes out of a series.
     fn shape(&self) -> Vec<usize> {
         match self {
             Own::Scaled(_) => SAMPLE.to_vec(),
@@ -71,10 +73,15 @@ impl Own {
         }
     }
 
-    fn encode(&self, sample: &[f32]) -> Vec<f32> {
+    fn encode(&self, [channels, _]: [usize; 2], sample: &[f32]) -> Vec<f32> {
+        if let Own::Scaled(scaling) = self {
+            let mut out = vec![0.0; sample.len()];
+            scaling.encode(channels, sample, &mut out).unwrap();
+            return out;
+        }
         let mut out = vec![0.0; self.shape().iter().product()];
         match self {
-            Own::Scaled(scaling) => scaling.encode(SAMPLE[0], sample, &mut out).unwrap(),
+            Own::Scaled(_) => {}
             Own::Code(code) => code.plan(SAMPLE[0], SAMPLE[1]).unwrap().encode(sample, &mut out).unwrap(),
             Own::History(history, scaling) => {
                 let mut rows = out.clone();
@@ -130,6 +137,9 @@ pub fn weights(graph: &Graph) -> Weights {
 pub struct Case {
     pub name: String,
     pub blueprint: Blueprint,
+    /// Channels, and time steps or pixels; rows and columns of an image.
+    pub sample: [usize; 2],
+    pub image: Option<[usize; 2]>,
     pub samples: Samples,
     pub encoding: Own,
     pub answers: Answers,
@@ -142,37 +152,49 @@ impl Case {
         let graph = graph(name, &encoding.shape(), answers.outputs());
         let (weights, samples) = (weights(&graph), samples());
         let frozen = Frozen::new(&graph, &weights).unwrap();
-        let expected = predicted(name, &frozen, &samples, (&encoding, &answers));
+        let expected = predicted(name, &frozen, (&samples, SAMPLE), (&encoding, &answers));
         let blueprint = Blueprint::floats(&graph, &weights).unwrap();
-        Case { name: format!("{name}-f32"), blueprint, samples, encoding, answers, expected }
+        let name = format!("{name}-f32");
+        Case { name, blueprint, sample: SAMPLE, image: None, samples, encoding, answers, expected }
     }
 
     pub fn new(name: &str, encoding: Own, answers: Answers) -> Self {
-        let outputs = answers.outputs();
-        let graph = graph(name, &encoding.shape(), outputs);
-        let (weights, samples) = (weights(&graph), samples());
-        let inputs: Vec<Vec<f32>> =
-            samples.values().chunks(SAMPLE[0] * SAMPLE[1]).map(|sample| encoding.encode(sample)).collect();
-        let mut observer = Observer::new(&graph, &weights).unwrap();
+        let graph = graph(name, &encoding.shape(), answers.outputs());
+        Case::of(&graph, (samples(), SAMPLE), encoding, answers)
+    }
+
+    /// Makes the case of a network in eight bits on these samples, of channels × steps.
+    pub fn of(
+        graph: &Graph,
+        (samples, sample): (Samples, [usize; 2]),
+        encoding: Own,
+        answers: Answers,
+    ) -> Self {
+        let (name, weights) = (graph.name(), weights(graph));
+        let values = samples.values();
+        let encoded = values.chunks(sample[0] * sample[1]).map(|one| encoding.encode(sample, one));
+        let inputs: Vec<Vec<f32>> = encoded.collect();
+        let mut observer = Observer::new(graph, &weights).unwrap();
         inputs[..50].iter().for_each(|input| observer.see(&[input]).unwrap());
         let ranges: Ranges = observer.ranges();
-        let frozen = Frozen::quantized(&graph, &weights, &ranges).unwrap();
-        let expected = predicted(name, &frozen, &samples, (&encoding, &answers));
-        let blueprint = Blueprint::new(&graph, &weights, &ranges).unwrap();
-        Case { name: name.into(), blueprint, samples, encoding, answers, expected }
+        let frozen = Frozen::quantized(graph, &weights, &ranges).unwrap();
+        let expected = predicted(name, &frozen, (&samples, sample), (&encoding, &answers));
+        let blueprint = Blueprint::new(graph, &weights, &ranges).unwrap();
+        Case { name: name.into(), blueprint, sample, image: None, samples, encoding, answers, expected }
     }
 
     pub fn library(&self) -> Library<'_> {
         let (encoding, samples, expected) =
             (self.encoding.lent(), self.samples.clone(), self.expected.clone());
-        Library::new(
+        let library = Library::new(
             &self.name,
             Method::Network(&self.blueprint),
-            (encoding, SAMPLE),
+            (encoding, self.sample),
             self.answers.clone(),
             samples,
             expected,
-        )
+        );
+        Library { image: self.image, ..library }
     }
 
     /// Writes the folder, compiles it in each of these ways and runs its test.
@@ -200,12 +222,12 @@ pub fn has_the_same_bits(library: &Library, folder: &Path, compiler: &str, flags
 fn predicted(
     name: &str,
     frozen: &Frozen,
-    samples: &Samples,
+    (samples, sample): (&Samples, [usize; 2]),
     (encoding, answers): (&Own, &Answers),
 ) -> Expected {
     let (mut workspace, mut expected) = (frozen.workspace(), Expected::default());
-    for sample in samples.values().chunks(SAMPLE[0] * SAMPLE[1]) {
-        let row = frozen.predict(&mut workspace, &[&encoding.encode(sample)]).unwrap().to_vec();
+    for one in samples.values().chunks(sample[0] * sample[1]) {
+        let row = frozen.predict(&mut workspace, &[&encoding.encode(sample, one)]).unwrap().to_vec();
         answered(&row, answers, &mut expected);
     }
     let rows = expected.outputs.chunks(answers.outputs());
@@ -221,6 +243,17 @@ pub fn answered(row: &[f32], answers: &Answers, expected: &mut Expected) {
         Answers::Classes { temperature, gate, .. } => {
             expected.gate.extend(gate.as_ref().map(|gate| distance(gate, row)));
             expected.answers.extend(probabilities(row.to_vec(), *temperature));
+        }
+        Answers::Attributes { attributes, shares, temperature } => {
+            let mut rest = row;
+            for attribute in attributes {
+                let (of_attribute, others) = rest.split_at(attribute.classes.len());
+                let mut row = of_attribute.to_vec();
+                attributes::of_shares(&mut row, *shares);
+                temperature.iter().for_each(|temperature| warm(&mut row, *temperature));
+                expected.answers.extend(row);
+                rest = others;
+            }
         }
         Answers::Values { quantities, spread, half } => {
             let count = quantities.len();
@@ -246,16 +279,18 @@ pub fn answered(row: &[f32], answers: &Answers, expected: &mut Expected) {
 
 fn probabilities(mut row: Vec<f32>, temperature: Option<f64>) -> Vec<f32> {
     exponential::softmax(&mut row);
-    if let Some(temperature) = temperature {
-        let inverse = (1.0 / temperature) as f32;
-        let highest = exponential::ln(row.iter().copied().fold(f32::MIN_POSITIVE, f32::max));
-        let warm = |p: &mut f32| {
-            *p = exponential::exp((exponential::ln(p.max(f32::MIN_POSITIVE)) - highest) * inverse)
-        };
-        row.iter_mut().for_each(warm);
-        exponential::shares(&mut row);
-    }
+    temperature.iter().for_each(|temperature| warm(&mut row, *temperature));
     row
+}
+
+/// Divides the logits of probabilities by a temperature.
+fn warm(row: &mut [f32], temperature: f64) {
+    let inverse = (1.0 / temperature) as f32;
+    let highest = exponential::ln(row.iter().copied().fold(f32::MIN_POSITIVE, f32::max));
+    let warm =
+        |p: &mut f32| *p = exponential::exp((exponential::ln(p.max(f32::MIN_POSITIVE)) - highest) * inverse);
+    row.iter_mut().for_each(warm);
+    exponential::shares(row);
 }
 
 /// Three classes with awkward names.

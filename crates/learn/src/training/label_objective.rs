@@ -1,5 +1,6 @@
 //! The objective of a training on classes or levels.
 
+use taxel_base::exponential;
 use taxel_data::Labels;
 use taxel_graph::{Loss, Targets};
 
@@ -141,7 +142,8 @@ pub(crate) fn probabilities(loss: Loss, levels: &Levels, logits: &mut [f32]) {
         Loss::SoftmaxCrossEntropy => softmax(logits, levels.outputs()),
         Loss::CumulativeLogits => levels.cumulative_probabilities(logits),
         Loss::MultiLabelSoftMargin | Loss::Hinge => {
-            logits.iter_mut().for_each(|v| *v = 1.0 / (1.0 + (-*v).exp()))
+            // Not the system's exponential, whose last bit differs between systems.
+            logits.iter_mut().for_each(|v| *v = 1.0 / (1.0 + exponential::exp(-*v)));
         }
         // NaN stays NaN. The losses of values are refused for labels.
         _ => logits.iter_mut().for_each(|v| *v = v.clamp(0.0, 1.0)),

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 use taxel::base::thousands;
-use taxel::{Core, Footprint, Model};
+use taxel::{Core, Footprint, Model, Part};
 use taxel_graph::Op;
 
 use crate::CommandResult;
@@ -21,7 +21,8 @@ use crate::{out, outln};
 /// of layers to freeze use, dropout left out: MATLAB's numbers in mobilenet-v2.
 ///
 /// With --target a network in eight bits or in floats, MiniRocket or ridge says how much flash and RAM it takes as C on a microcontroller, and
-/// about how many instructions one prediction takes. A network in floats is refused on a core without FPU. Instructions are not cycles (docs/firmware.md).
+/// about how many instructions one prediction takes. It says whether a large part with that core has the memory. A network in floats is refused on a
+/// core without FPU. Instructions are not cycles (docs/firmware.md).
 #[derive(Args)]
 #[command(after_help = "Examples:  taxel cost hybrid-resvgg --set classes=28
            taxel cost small.safetensors --target m4f")]
@@ -94,11 +95,16 @@ impl Cost {
         }
         let Footprint { flash_bytes, table_bytes, ram_bytes, ring_bytes, products, instructions, .. } =
             footprint;
+        let fits = fits(&footprint);
         let [flash, tables, ram, ring] = [flash_bytes, table_bytes, ram_bytes, ring_bytes].map(thousands);
         outln!("{} on {core}, as C", model.card().name);
         let soft = if core.has_floats() { "" } else { "; the compiler's float routines come on top" };
         outln!("flash         about {flash} bytes, of which {tables} are tables{soft}");
-        outln!("RAM           {ram} bytes, and {ring} for the time steps of push");
+        match ring_bytes {
+            0 => outln!("RAM           {ram} bytes"),
+            _ => outln!("RAM           {ram} bytes, and {ring} for the time steps of push"),
+        }
+        outln!("fits          {fits}");
         outln!("products      {}", thousands(products));
         match instructions {
             Some(count) => outln!(
@@ -110,6 +116,20 @@ impl Cost {
         }
         Ok(ExitCode::SUCCESS)
     }
+}
+
+/// Says whether a large part with the core has the memory, and what is missing.
+fn fits(footprint: &Footprint) -> String {
+    let Part { name, flash_bytes, ram_bytes } = footprint.part;
+    let taken = [footprint.flash_bytes, footprint.ram_bytes + footprint.ring_bytes];
+    let over = |what: &str, taken: u64, there: u64| {
+        (taken > there).then(|| format!("{} bytes of {what} are missing", thousands(taken - there)))
+    };
+    let missing = [over("flash", taken[0], flash_bytes), over("RAM", taken[1], ram_bytes)];
+    let missing: Vec<String> = missing.into_iter().flatten().collect();
+    let [flash, ram] = [flash_bytes, ram_bytes].map(|bytes| thousands(bytes / 1024));
+    let verdict = if missing.is_empty() { "yes".into() } else { format!("NO, {}", missing.join(" and ")) };
+    format!("{verdict}: a large part with this core, {name}, has {flash} KB of flash and {ram} KB of RAM")
 }
 
 fn core(name: &str) -> Option<Core> {

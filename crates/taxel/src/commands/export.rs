@@ -4,12 +4,14 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, ValueEnum, ValueHint};
+use taxel::judge::Room;
 use taxel::onnx::{IR_VERSION, OPSET};
 use taxel::{Exported, ExportedC, ExportedInput, Model};
 
 use taxel::base::thousands;
 
 use crate::CommandResult;
+use crate::commands::arguments::bytes::bytes;
 use crate::commands::arguments::network::{existing, is_file, weighted};
 use crate::outln;
 use crate::terminal::messages::note;
@@ -34,11 +36,13 @@ enum Format {
 /// Of the baselines MiniRocket and ridge can be exported. docs/onnx.md has the operations and five lines of Python that run the file.
 ///
 /// With --format c a network in eight bits or in floats, MiniRocket or ridge becomes a folder that compiles as it is: C99 without malloc and libm, a test, and
-/// what Arduino, PlatformIO, Zephyr and CMake expect. Its predictions have the bits of `taxel predict` (docs/firmware.md).
+/// what Arduino, PlatformIO, Zephyr and CMake expect. Networks on images have to be in eight bits. Its predictions have the bits of `taxel predict`
+/// (docs/firmware.md). With --max-flash or --max-ram a model that needs more is refused with the numbers, and nothing is written.
 #[derive(Args)]
 #[command(after_help = "Examples:  taxel export model.safetensors --output model.onnx
            taxel export resnet18 -o resnet18.onnx --weights resnet18.safetensors --set classes=1000
-           taxel export small.safetensors firmware/ --format c --name squeeze")]
+           taxel export small.safetensors firmware/ --format c --name squeeze
+           taxel export small.safetensors -o firmware/ --format c --max-flash 64k --max-ram 16k")]
 pub struct Export {
     /// A model made by `taxel fit`, or one of a run folder's models/.
     model: String,
@@ -54,6 +58,12 @@ pub struct Export {
     /// Name of the C library; without it that of the model.
     #[arg(long)]
     name: Option<String>,
+    /// Flash of a microcontroller that the C has to fit, code and tables: 64k, 1M, or bytes.
+    #[arg(long, value_name = "BYTES", value_parser = bytes)]
+    max_flash: Option<u64>,
+    /// RAM of a microcontroller that the C has to fit, workspace and time steps: 16k, or bytes. Stack is left out.
+    #[arg(long, value_name = "BYTES", value_parser = bytes)]
+    max_ram: Option<u64>,
     /// Weights of a network of the zoo, by its tensor names; a file has its own.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     weights: Option<PathBuf>,
@@ -70,6 +80,9 @@ impl Export {
         match (self.format, &self.name) {
             (Format::C, _) => return self.c(output),
             (Format::Onnx, Some(_)) => return Err("--name belongs to --format c; leave it out".into()),
+            (Format::Onnx, None) if self.max_flash.or(self.max_ram).is_some() => {
+                return Err("--max-flash and --max-ram belong to --format c; leave them out".into());
+            }
             (Format::Onnx, None) => {}
         }
         let is_model = self.weights.is_none() && is_file(&self.model);
@@ -107,12 +120,17 @@ impl Export {
             return Err("--weights and --set belong to networks without encoding, which do not become C; name a model".into());
         }
         let model = Model::open(existing(&self.model)?)?;
-        let ExportedC { name, size, remarks } = taxel::export_c(&model, folder, self.name.as_deref())?;
+        let room = Room { max_flash: self.max_flash, max_ram: self.max_ram, ..Room::default() };
+        let ExportedC { name, size, remarks } =
+            taxel::export_c_within(&model, folder, self.name.as_deref(), room)?;
         let [flash, tables, ram, ring, macs] =
             [size.flash, size.tables, size.ram, size.ring, size.macs].map(|number| thousands(number as u64));
         outln!("{}: C99, functions taxel_{name}_..", folder.display());
         outln!("flash: about {flash} bytes on a Cortex-M, of which {tables} are tables");
-        outln!("RAM: {ram} bytes, and {ring} for the time steps of taxel_{name}_push");
+        match size.ring {
+            0 => outln!("RAM: {ram} bytes"),
+            _ => outln!("RAM: {ram} bytes, and {ring} for the time steps of taxel_{name}_push"),
+        }
         outln!("products of one prediction: {macs}");
         remarks.iter().for_each(|remark| note(format!("note: {remark}")));
         Ok(ExitCode::SUCCESS)

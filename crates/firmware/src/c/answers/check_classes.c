@@ -12,6 +12,7 @@ static void check_samples(void)
         expect("outcome", i, (uint32_t)taxel_@name@_predict(sample, row), 0u);
         expect_row("probabilities", i, row, &expected_answers[i * TAXEL_@NAME@_CLASSES], TAXEL_@NAME@_CLASSES);
     }
+@live@
     taxel_@name@_clear();
     expect("not ready", 0u, (uint32_t)taxel_@name@_predict_latest(row), (uint32_t)TAXEL_@NAME@_NOT_READY);
     push_sample(sample);
@@ -19,6 +20,7 @@ static void check_samples(void)
     expect_row("pushed logits", 0u, row, &expected_outputs[(SAMPLES - 1u) * OUTPUTS], OUTPUTS);
     expect("outcome", 0u, (uint32_t)taxel_@name@_predict_latest(row), 0u);
     expect_row("pushed", 0u, row, &expected_answers[(SAMPLES - 1u) * TAXEL_@NAME@_CLASSES], TAXEL_@NAME@_CLASSES);
+@end live@
     sample[TAXEL_@NAME@_VALUES - 1u] = float_of(0x7fc00000u);
     expect("NaN", 0u, (uint32_t)taxel_@name@_predict(sample, row), (uint32_t)TAXEL_@NAME@_NOT_FINITE);
 }

@@ -1,7 +1,9 @@
 {
         float low[TAXEL_@NAME@_QUANTITIES], high[TAXEL_@NAME@_QUANTITIES];
+@live@
         expect("outcome", 0u, (uint32_t)taxel_@name@_intervals_latest(row, low, high), 0u);
         expect_row("pushed, low", 0u, low, &expected_low[last], TAXEL_@NAME@_QUANTITIES);
+@end live@
         random_state = SAMPLE_SEED;
         for (i = 0; i < SAMPLES; i++) {
             make_sample(sample);

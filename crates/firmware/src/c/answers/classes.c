@@ -3,8 +3,7 @@ const char *const taxel_@name@_class_names[TAXEL_@NAME@_CLASSES] = {
 
 void taxel_@name@_probabilities(float row[TAXEL_@NAME@_CLASSES])
 {
-    softmax(row, TAXEL_@NAME@_CLASSES);
-@temper@}
+@shares@}
 
 int taxel_@name@_logits_in(float workspace[TAXEL_@NAME@_WORKSPACE], const float sample[TAXEL_@NAME@_VALUES],
                            float logits[TAXEL_@NAME@_CLASSES])
@@ -33,6 +32,7 @@ int taxel_@name@_predict(const float sample[TAXEL_@NAME@_VALUES], float probabil
 {
     return taxel_@name@_predict_in(own_workspace, sample, probabilities);
 }
+@live@
 
 int taxel_@name@_logits_latest(float logits[TAXEL_@NAME@_CLASSES]) { return outputs_of_ring(logits); }
 
@@ -44,5 +44,6 @@ int taxel_@name@_predict_latest(float probabilities[TAXEL_@NAME@_CLASSES])
     }
     return outcome;
 }
+@end live@
 
 #endif

@@ -16,7 +16,9 @@ int taxel_@name@_predict_in(float workspace[TAXEL_@NAME@_WORKSPACE], const float
                             float probabilities[TAXEL_@NAME@_CLASSES]);
 int taxel_@name@_logits_in(float workspace[TAXEL_@NAME@_WORKSPACE], const float sample[TAXEL_@NAME@_VALUES],
                            float logits[TAXEL_@NAME@_CLASSES]);
+@live@
 
 /* Predicts the last time steps that were pushed, or computes their logits. */
 int taxel_@name@_predict_latest(float probabilities[TAXEL_@NAME@_CLASSES]);
 int taxel_@name@_logits_latest(float logits[TAXEL_@NAME@_CLASSES]);
+@end live@

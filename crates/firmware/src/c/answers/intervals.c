@@ -41,6 +41,7 @@ int taxel_@name@_intervals(const float sample[TAXEL_@NAME@_VALUES], float values
 {
     return taxel_@name@_intervals_in(own_workspace, sample, values, low, high);
 }
+@live@
 
 int taxel_@name@_intervals_latest(float values[TAXEL_@NAME@_QUANTITIES], float low[TAXEL_@NAME@_QUANTITIES],
                                   float high[TAXEL_@NAME@_QUANTITIES])
@@ -52,5 +53,6 @@ int taxel_@name@_intervals_latest(float values[TAXEL_@NAME@_QUANTITIES], float l
     }
     return outcome;
 }
+@end live@
 
 #endif

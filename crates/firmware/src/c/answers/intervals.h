@@ -5,5 +5,7 @@ int taxel_@name@_intervals(const float sample[TAXEL_@NAME@_VALUES], float values
 int taxel_@name@_intervals_in(float workspace[TAXEL_@NAME@_WORKSPACE], const float sample[TAXEL_@NAME@_VALUES],
                               float values[TAXEL_@NAME@_QUANTITIES], float low[TAXEL_@NAME@_QUANTITIES],
                               float high[TAXEL_@NAME@_QUANTITIES]);
+@live@
 int taxel_@name@_intervals_latest(float values[TAXEL_@NAME@_QUANTITIES], float low[TAXEL_@NAME@_QUANTITIES],
                                   float high[TAXEL_@NAME@_QUANTITIES]);
+@end live@

@@ -21,6 +21,7 @@ int taxel_@name@_predict(const float sample[TAXEL_@NAME@_VALUES], float values[T
 {
     return taxel_@name@_predict_in(own_workspace, sample, values);
 }
+@live@
 
 int taxel_@name@_predict_latest(float values[TAXEL_@NAME@_QUANTITIES])
 {
@@ -31,5 +32,6 @@ int taxel_@name@_predict_latest(float values[TAXEL_@NAME@_QUANTITIES])
     }
     return outcome;
 }
+@end live@
 
 #endif

@@ -9,6 +9,8 @@ int taxel_@name@_predict(const float sample[TAXEL_@NAME@_VALUES], float values[T
  * nothing else predicts, and there is no static memory. */
 int taxel_@name@_predict_in(float workspace[TAXEL_@NAME@_WORKSPACE], const float sample[TAXEL_@NAME@_VALUES],
                             float values[TAXEL_@NAME@_QUANTITIES]);
+@live@
 
 /* Predicts the values of the last time steps that were pushed. */
 int taxel_@name@_predict_latest(float values[TAXEL_@NAME@_QUANTITIES]);
+@end live@

@@ -56,6 +56,7 @@ static void expect_row(const char *what, uint32_t place, const float *row, const
     }
 }
 
+@live@
 /* Pushes a sample step by step, behind others that it pushes out of the ring. */
 static void push_sample(const float *sample)
 {
@@ -71,6 +72,7 @@ static void push_sample(const float *sample)
     expect("ready", 0u, (uint32_t)taxel_@name@_ready(), 1u);
 }
 
+@end live@
 @check_samples@
 @checks@
 int main(void)

@@ -1,8 +1,10 @@
+@live@
 /* A value as the ring keeps it. */
 typedef reading kept;
 
 static inline kept kept_of(float x, uint32_t channel) { return taken(x, channel); }
 
+@end live@
 static int stage(const float *sample, float *arena)
 {
     uint32_t channel, step;
@@ -17,6 +19,7 @@ static int stage(const float *sample, float *arena)
     }
     return 0;
 }
+@live@
 
 static inline void stage_ring(const kept *ring, uint32_t oldest, float *arena)
 {
@@ -28,3 +31,4 @@ static inline void stage_ring(const kept *ring, uint32_t oldest, float *arena)
         }
     }
 }
+@end live@

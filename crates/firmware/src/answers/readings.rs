@@ -45,18 +45,18 @@ impl ReadingsGate {
         let (each_mean, features) = match center.len() - shared {
             0 => ("", ""),
             single if single == *channels => ("        numbers[@shared@u + i] = own.mean;\n", ""),
-            _ => ("", include_str!("c/answers/readings_features.c")),
+            _ => ("", include_str!("../c/answers/readings_features.c")),
         };
         let (ends, each, set, across) = if *has_time {
             let ends =
                 "    float low_spread = 0.0f, high_spread = 0.0f, low_mean = 0.0f, high_mean = 0.0f;\n";
-            let each = include_str!("c/answers/readings_ends.c");
-            (ends, each, include_str!("c/answers/readings_time.c"), "")
+            let each = include_str!("../c/answers/readings_ends.c");
+            (ends, each, include_str!("../c/answers/readings_time.c"), "")
         } else {
-            let across = include_str!("c/answers/readings_across.c");
-            ("", "", include_str!("c/answers/readings_still.c"), across)
+            let across = include_str!("../c/answers/readings_across.c");
+            ("", "", include_str!("../c/answers/readings_still.c"), across)
         };
-        let mut functions = include_str!("c/answers/readings.c").to_string();
+        let mut functions = include_str!("../c/answers/readings.c").to_string();
         for (key, value) in [
             ("@across@", across.to_string()),
             ("@ends@", ends.into()),

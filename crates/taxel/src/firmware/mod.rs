@@ -4,19 +4,23 @@ use std::path::Path;
 
 use ndarray::{ArrayD, IxDyn};
 use taxel_baselines::{Fitted, LinearFeatures, LinearModel};
-use taxel_data::{Layout, SampleSpec, Task};
-use taxel_encodings::Scaling;
+use taxel_data::{SampleSpec, Task};
 use taxel_firmware::{
-    Answers, Encoding, Expected, Features, Gate, Library, Linear, Method, Quantity, ReadingsGate, Samples,
-    Size, Spread, write_folder,
+    Answers, Attribute, Expected, Features, Gate, Library, Linear, Method, Quantity, ReadingsGate, Samples,
+    Shares, Size, Spread, write_folder,
 };
 use taxel_graph::{Graph, Loss};
+use taxel_judge::{Need, Room};
 use taxel_learn::certainty::{Axes, FALSE_ALARMS, Place, Readings, Seen};
-use taxel_learn::{Card, Model, ModelKind, Transform};
+use taxel_learn::{Card, Model, ModelKind};
 use taxel_runtime::Blueprint;
 
 use crate::error::{Error, Result};
 use crate::saved_baseline::fitted;
+
+mod samples;
+
+use samples::{Encoded, encoded, walked};
 
 /// Samples of the test that goes with the C.
 const SAMPLES: usize = 200;
@@ -53,9 +57,30 @@ enum Read {
 /// # Errors
 /// A model that has no C of the same bits, with the reason, and a folder that cannot be written.
 pub fn export_c(model: &Model, folder: &Path, name: Option<&str>) -> Result<ExportedC> {
+    export_c_within(model, folder, name, Room::default())
+}
+
+/// Writes the folder of [`export_c`] if the model fits the room, as code for a Cortex-M4 with the time steps of `push`.
+///
+/// # Errors
+/// As [`export_c`], and a model that needs more than there is, with the numbers; then nothing is written.
+pub fn export_c_within(
+    model: &Model,
+    folder: &Path,
+    name: Option<&str>,
+    mut room: Room,
+) -> Result<ExportedC> {
+    room.check()?;
     with_library(model, name, SAMPLES, |library| {
+        let size = library.size()?;
+        let need = Need::Bytes { flash: size.flash as u64, ram: (size.ram + size.ring) as u64 };
+        room.needs.insert(library.model.clone(), need);
+        if let Some(over) = room.refusal(&library.model) {
+            let fix = "`taxel choose RUN` with the same limits names the smallest that suffices";
+            return Err(refusal(model.card(), format!("{over}; nothing was written: {fix}")));
+        }
         write_folder(folder, &library.files()?)?;
-        Ok(ExportedC { name: library.identifier(), size: library.size()?, remarks: library.remarks.clone() })
+        Ok(ExportedC { name: library.identifier(), size, remarks: library.remarks.clone() })
     })
 }
 
@@ -73,9 +98,9 @@ pub(crate) fn with_library<T>(
         Read::Linear(fitted) => linear(card, fitted)?,
     };
     let answers = answers(card)?;
-    let (encoding, sample) = encoded(card)?;
+    let Encoded { encoding, sample, image } = encoded(card)?;
     let samples = Samples::new(tested, &walked(card, &encoding, sample), sample[1]);
-    let expected = if tested == 0 { Expected::default() } else { expected(model, &samples)? };
+    let expected = if tested == 0 { Expected::default() } else { expected(model, &samples, &answers)? };
     let SampleSpec { unit, rate, .. } = &card.spec;
     let name = name.unwrap_or(&card.name);
     then(&Library {
@@ -85,6 +110,7 @@ pub(crate) fn with_library<T>(
         readings: readings(card),
         unit: unit.clone(),
         rate: *rate,
+        image,
         ..Library::new(name, method, (encoding, sample), answers, samples, expected)
     })
 }
@@ -139,40 +165,17 @@ fn linear<'f>(card: &Card, fitted: &'f Fitted) -> Result<Method<'f>> {
     Ok(Method::Linear(Linear { features, weights, bias }))
 }
 
-/// Returns the encoding, and channels and time steps of a sample.
-fn encoded(card: &Card) -> Result<(Encoding<'_>, [usize; 2])> {
-    let [input] = &card.inputs[..] else {
-        return Err(refusal(card, format!("has {} inputs; C reads one", card.inputs.len())));
-    };
-    let (Some(encoding), [_] | [_, _]) = (encoding(&input.transform), &card.spec.shape[..]) else {
-        let words = crate::export::words(&input.transform);
-        return Err(refusal(
-            card,
-            format!(
-                "reads {words}; C scales series (raw, full-scale or z-score), makes their quantile code or their history, and \
-                 has no other encoding"
-            ),
-        ));
-    };
-    let sample = match card.spec.shape[..] {
-        [channels, steps] => [channels, steps],
-        _ => [1, card.spec.shape.iter().product()],
-    };
-    Ok((encoding, sample))
-}
-
 /// Returns what the C answers.
 fn answers(card: &Card) -> Result<Answers> {
     let loss = match &card.kind {
         ModelKind::Network { loss, .. } => Some(*loss),
         ModelKind::Baseline { .. } | ModelKind::Average { .. } => None,
     };
+    let temperature = card.certainty.as_ref().map(|certainty| certainty.temperature);
     match (&card.task, loss) {
-        (Task::Classes(classes), None | Some(Loss::SoftmaxCrossEntropy)) => Ok(Answers::Classes {
-            names: classes.clone(),
-            temperature: card.certainty.as_ref().map(|certainty| certainty.temperature),
-            gate: gate(card),
-        }),
+        (Task::Classes(classes), None | Some(Loss::SoftmaxCrossEntropy)) => {
+            Ok(Answers::Classes { names: classes.clone(), temperature, gate: gate(card) })
+        }
         (Task::Values(quantities), loss) => {
             let named = |quantity: &taxel_data::Quantity| Quantity {
                 name: quantity.name.clone(),
@@ -187,10 +190,29 @@ fn answers(card: &Card) -> Result<Answers> {
             let half = at.map(|at| at.half.clone());
             Ok(Answers::Values { quantities: quantities.iter().map(named).collect(), spread, half })
         }
-        (Task::Classes(_) | Task::Levels(_), _) => Err(refusal(
-            card,
-            "predicts neither one class by a softmax nor values; C has nothing else yet".into(),
-        )),
+        (Task::Classes(_) | Task::Levels(_), loss) => {
+            let Some(shares) = loss.and_then(shares) else {
+                let count = card.task.attributes().len();
+                let reason = format!("predicts {count} attributes, and C has no probabilities of its loss");
+                return Err(refusal(card, reason));
+            };
+            let named = |one: &taxel_data::Attribute| Attribute {
+                name: one.name.clone(),
+                classes: one.classes.clone(),
+            };
+            let attributes = card.task.attributes().iter().map(named).collect();
+            Ok(Answers::Attributes { attributes, shares, temperature })
+        }
+    }
+}
+
+/// Returns how outputs that a loss has made become probabilities, each or attribute by attribute.
+fn shares(loss: Loss) -> Option<Shares> {
+    match loss {
+        Loss::MultiLabelSoftMargin | Loss::Hinge => Some(Shares::Sigmoid),
+        Loss::CumulativeLogits => Some(Shares::Ordered),
+        Loss::MeanSquaredError => Some(Shares::Cut),
+        Loss::SoftmaxCrossEntropy | Loss::Huber | Loss::GaussianLikelihood | Loss::Quantiles => None,
     }
 }
 
@@ -221,46 +243,15 @@ fn readings(card: &Card) -> Option<ReadingsGate> {
     })
 }
 
-/// Returns the encoding as C does it; none where it does not.
-fn encoding(transform: &Transform) -> Option<Encoding<'_>> {
-    match transform {
-        Transform::Signal(scaling) => Some(Encoding::Scaled(scaling)),
-        Transform::QuantileCode(code) => Some(Encoding::Code(code)),
-        Transform::History { history, then } => match &**then {
-            Transform::Signal(scaling) => Some(Encoding::History { history, scaling }),
-            _ => None,
-        },
-        // Nothing moves.
-        Transform::Series { layout: Layout::Features | Layout::Series, then } => encoding(then),
-        _ => None,
-    }
-}
-
-/// Returns the range of each channel that samples of the test stay in: that of the training.
-fn walked(card: &Card, encoding: &Encoding, [channels, _]: [usize; 2]) -> Vec<[f32; 2]> {
-    let seen = card.trained_on.ranges.channels();
-    let finite = seen.iter().flatten().all(|value| value.is_finite());
-    if finite && seen.len() == channels {
-        return seen.to_vec();
-    }
-    match encoding {
-        Encoding::Scaled(Scaling::FullScale { full_scale }) => vec![[0.0, *full_scale]; channels],
-        Encoding::Scaled(Scaling::ZScore { mean, sd }) => {
-            mean.iter().zip(sd).map(|(mean, sd)| [mean - 3.0 * sd, mean + 3.0 * sd]).collect()
-        }
-        _ => vec![[-1.0, 1.0]; channels],
-    }
-}
-
 /// Predicts the samples of the test, without the guard.
-fn expected(model: &Model, samples: &Samples) -> Result<Expected> {
+fn expected(model: &Model, samples: &Samples, answers: &Answers) -> Result<Expected> {
     let card = model.card();
     let shape = [&[samples.count], &card.spec.shape[..]].concat();
     let refuse = |reason: String| Error::Export { model: card.name.clone(), reason };
     let x =
         ArrayD::from_shape_vec(IxDyn(&shape), samples.values()).map_err(|error| refuse(error.to_string()))?;
     let predictor = model.predictor(1, 1)?.guarded(None)?;
-    let seen = gate(card).and(card.certainty.as_ref()).and_then(|certainty| certainty.seen.as_ref());
+    let seen = card.certainty.as_ref().and_then(|certainty| certainty.seen.as_ref());
     let (outputs, predictions) = (predictor.logits(&x)?, predictor.predict(&x)?);
     let mut ends = [vec![], vec![]];
     for [low, high] in (0..samples.count).filter_map(|i| predictions.intervals(i, SHARE)).flatten() {
@@ -278,7 +269,7 @@ fn expected(model: &Model, samples: &Samples) -> Result<Expected> {
         };
         rows.map(&mut of_row).collect()
     };
-    let gate = seen.map_or(vec![], &mut measured);
+    let mut gate = seen.map_or(vec![], &mut measured);
     let of_readings = |gate: &Readings| -> Vec<(f32, bool)> {
         let values = samples.values();
         let each = (values.len() / samples.count.max(1)).max(1);
@@ -294,6 +285,9 @@ fn expected(model: &Model, samples: &Samples) -> Result<Expected> {
         let is_unknown =
             |i: usize| [&gate, &readings].iter().any(|gate| gate.get(i).is_some_and(|(_, far)| *far));
         debug_assert!((0..samples.count).all(|i| is_unknown(i) == (familiarity[i] <= FALSE_ALARMS)));
+    }
+    if !matches!(answers, Answers::Classes { gate: Some(_), .. }) {
+        gate.clear();
     }
     Ok(Expected { outputs, answers: predictions.outputs, ends, gate, readings })
 }

@@ -35,7 +35,7 @@ impl Gate {
         ];
         let tables: String = tables.into_iter().map(|(name, values)| floats(name, values)).collect();
         let rows = means.len() / center.len().max(1);
-        let functions = include_str!("c/answers/gate.c")
+        let functions = include_str!("../c/answers/gate.c")
             .replace("@rows@", &rows.to_string())
             .replace("@limit@", &float(*limit));
         format!("\n{tables}\n{functions}")
