@@ -6,6 +6,7 @@
 //! `fma(a1, b1, fma(a0, b0, sum))` of the rounded factors, where subnormal numbers count as zero.
 
 mod burst;
+mod halve;
 mod pack;
 mod product;
 mod support;
@@ -14,6 +15,7 @@ pub use burst::burst;
 pub use product::{HalfMatrix, multiply};
 pub use support::supported;
 
+pub(crate) use halve::halve;
 pub(crate) use pack::{pair_columns_of_rows, pair_rows, pair_with_later};
 pub(crate) use support::assert_supported;
 
