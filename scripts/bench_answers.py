@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Compares the time of one prediction with onnxruntime's; prints a table and, with --write, writes it to docs/benchmarks/.
 
-    python3 scripts/bench_answers.py [--networks mlp,lstm] [--rounds 9] [--seconds 0.3] [--int8 | --tract] [--write]
+    python3 scripts/bench_answers.py [--networks mlp,lstm] [--rounds 9] [--seconds 0.3] [--int8 | --bf16 | --tract] [--write]
 
 Needs cargo and a Python with torch, onnx, onnxruntime and, for --tract, tract. The same network predicts one sample on one thread in
 taxel's runtime, in taxel's training engine in evaluation mode, in onnxruntime and, with --tract, in tract. The network is PyTorch's from
@@ -9,7 +9,8 @@ taxel's runtime, in taxel's training engine in evaluation mode, in onnxruntime a
 
 Each program is a process of its own that stays alive. They work in turns, in reversed order in the next round. A cell is the median
 over rounds of CPU time per prediction. Other programs disturb CPU time less than wall time, but they share caches and memory.
-So publish numbers of a quiet machine; the page says how busy it was. --int8 compares 2D and 3D networks in floats and in eight bits,
+So publish numbers of a quiet machine; the page says how busy it was. --bf16 compares products of bf16 with floats in taxel's runtime, beside
+onnxruntime in floats, and needs AVX512-BF16. --int8 compares 2D and 3D networks in floats and in eight bits,
 in taxel's runtime and in onnxruntime (QDQ, weights per channel).
 """
 
@@ -25,8 +26,8 @@ import bench_training
 from bench_training import ROOT, Worker, geometric_mean, processors
 
 TARGET, LEAST = 1.8, 1.2
-# Of eight bits against floats, both taxel's.
-TARGET_INT8 = 1.5
+# Of eight bits and of bf16 against floats, all taxel's.
+TARGET_INT8, TARGET_BF16 = 1.5, 1.4
 NETWORKS = """mlp lstm tactnet4 tactnet6 tactresnet vgg6-lite-1d resnet8-lite-1d densenet6-lite-1d vgg6-lite-2d resnet8-lite-2d
 densenet6-lite-2d hybrid-vgg hybrid-resnet hybrid-densenet hybrid-resvgg tactnet3d multiscale-cnn dilated-resnet-1d
 mobilenet-v2 shufflenet-v2 mnasnet1-0 resnet18""".split()
@@ -34,6 +35,9 @@ mobilenet-v2 shufflenet-v2 mnasnet1-0 resnet18""".split()
 
 NETWORKS_INT8 = """vgg6-lite-2d resnet8-lite-2d densenet6-lite-2d hybrid-resvgg tactnet3d multiscale-cnn mobilenet-v2 shufflenet-v2
 mnasnet1-0 resnet18""".split()
+
+
+NETWORKS_BF16 = "mobilenet-v2 mnasnet1-0 resnet18".split()
 
 
 class Answers(Worker):
@@ -57,6 +61,12 @@ def measure(name, program, args):
                 "int8": [program, name, "int8"],
                 "onnxruntime": twin,
                 "onnxruntime int8": [*twin, "--int8"],
+            }
+        elif args.bf16:
+            commands = {
+                "frozen": [program, name, "frozen"],
+                "bf16": [program, name, "bf16"],
+                "onnxruntime": twin,
             }
         else:
             commands = {
@@ -116,10 +126,24 @@ def table_int8(results):
     return "\n".join(lines)
 
 
+def table_bf16(results):
+    lines = ["| network | floats µs | bf16 µs | onnxruntime µs | bf16 against floats | against onnxruntime | |", "|---|---:|---:|---:|---:|---:|---|"]
+    ratios = []
+    for result in results:
+        us = result["us"]
+        ratios.append(us["frozen"] / us["bf16"])
+        cells = " | ".join(f"{us[column]:.3g}" for column in ("frozen", "bf16", "onnxruntime"))
+        verdict = "met" if ratios[-1] >= TARGET_BF16 else "**missed**"
+        lines.append(f"| `{result['network']}` | {cells} | {ratios[-1]:.2f}× | {us['onnxruntime'] / us['bf16']:.2f}× | {verdict} |")
+    lines.append(f"| geometric mean | | | | {geometric_mean(ratios):.2f}× | | |")
+    return "\n".join(lines)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--networks")
     parser.add_argument("--int8", action="store_true", help="eight bits against floats")
+    parser.add_argument("--bf16", action="store_true", help="products of bf16 against floats")
     parser.add_argument("--tract", action="store_true", help="beside tract as well")
     parser.add_argument("--rounds", type=int, default=9)
     parser.add_argument("--seconds", type=float, default=0.3)
@@ -128,22 +152,29 @@ def main():
     program = bench_training.build("taxel-runtime", "answers")
     before = processors()
     results = []
-    show = table_int8 if args.int8 else table
-    names = args.networks.split(",") if args.networks else NETWORKS_INT8 if args.int8 else NETWORKS
+    kind, title, target = "", "against onnxruntime", f"targets: {TARGET}× of onnxruntime in geometric mean, none below {LEAST}×"
+    show, networks = table, NETWORKS
+    if args.int8:
+        kind, title, target = "-int8", "in eight bits", f"target: {TARGET_INT8}× of floats in geometric mean"
+        show, networks = table_int8, NETWORKS_INT8
+    elif args.bf16:
+        kind, title, target = "-bf16", "in bf16", f"target: {TARGET_BF16}× of floats"
+        show, networks = table_bf16, NETWORKS_BF16
+    names = args.networks.split(",") if args.networks else networks
     for name in names:
         results.append(measure(name, program, args))
         print(show(results[-1:]).splitlines()[2], flush=True)
     busy, total = (after - first for after, first in zip(processors(), before))
     facts = bench_training.environment(argparse.Namespace(rounds=args.rounds, seconds=args.seconds, fused=False, quick=False))
     page = [
-        f"# One answer {'in eight bits' if args.int8 else 'against onnxruntime'}: {facts['cpu']}, {facts['date']}",
+        f"# One answer {title}: {facts['cpu']}, {facts['date']}",
         "",
         "Generated by `scripts/bench_answers.py`, which says how it measures: batch 1, one thread, CPU time.",
         "",
         f"- {facts['cpu']}, {facts['cores']} cores of which {busy / total:.0%} of the time was used by all programs together "
         f"(one core is {1 / facts['cores']:.0%}), {', '.join(facts['vectors'])}",
         f"- taxel at {facts['commit']}{' with uncommitted changes' if facts['changed'] else ''}, {', '.join(f'{column} {version}' for column, version in results[0]['versions'].items() if 'int8' not in column)}",
-        f"- target: {TARGET_INT8}× of floats in geometric mean" if args.int8 else f"- targets: {TARGET}× of onnxruntime in geometric mean, none below {LEAST}×",
+        f"- {target}",
         "",
         show(results),
         "",
@@ -151,7 +182,7 @@ def main():
     print("\n".join(page))
     if args.write:
         cpu = "-".join(facts["cpu"].lower().replace("(r)", "").split()[:2])
-        stem = ROOT / "docs/benchmarks" / f"{datetime.date.today().isoformat()}-{cpu}-answers{'-int8' if args.int8 else ''}"
+        stem = ROOT / "docs/benchmarks" / f"{datetime.date.today().isoformat()}-{cpu}-answers{kind}"
         stem.with_suffix(".md").write_text("\n".join(page))
         stem.with_suffix(".json").write_text(json.dumps(dict(environment=facts, results=results), indent=1) + "\n")
 

@@ -4,6 +4,8 @@
 
 use taxel_graph::{Tensor, Weights};
 
+use crate::stored::StoredTensor;
+
 /// The end of the name of a tensor's scales.
 pub(crate) const SCALE: &str = ".scale";
 /// Largest whole number.
@@ -33,13 +35,6 @@ pub(crate) fn apart(weights: &Weights, names: &[&str]) -> Vec<(String, StoredTen
         stored.push((format!("{name}{SCALE}"), StoredTensor::Floats(Tensor { shape, data: scales })));
     }
     stored
-}
-
-/// A tensor with the type that it has in a file.
-pub(crate) enum StoredTensor {
-    Floats(Tensor),
-    /// Whole numbers from -127 to 127.
-    Bytes(Tensor),
 }
 
 /// Returns the whole numbers, and the scale of each output.

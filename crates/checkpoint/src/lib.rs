@@ -13,12 +13,14 @@
 
 mod eight_bits;
 mod error;
+mod halves;
 mod network;
 #[cfg(feature = "pth")]
 mod pickle;
 #[cfg(feature = "pth")]
 mod pth;
 mod safetensors;
+mod stored;
 
 use std::fs::File;
 use std::path::Path;
@@ -28,6 +30,7 @@ use taxel_graph::Weights;
 
 pub use eight_bits::rounded;
 pub use error::{Cause, Error, Result};
+pub use halves::halved;
 pub use network::{network_from_bytes, network_to_bytes, read_network, write_network};
 pub use safetensors::{from_bytes, to_bytes};
 
@@ -118,6 +121,14 @@ pub fn to_bytes_rounded(
     text: &str,
 ) -> std::result::Result<Vec<u8>, Cause> {
     safetensors::to_bytes_of(&eight_bits::apart(weights, names), text)
+}
+
+/// Returns [`to_bytes`], with the tensors of these names in bf16 ([`halved`]).
+///
+/// # Errors
+/// A tensor whose values are not as many as its shape says.
+pub fn to_bytes_halved(weights: &Weights, names: &[&str], text: &str) -> std::result::Result<Vec<u8>, Cause> {
+    safetensors::to_bytes_of(&halves::apart(weights, names), text)
 }
 
 #[cfg(feature = "pth")]

@@ -11,8 +11,9 @@ use ::safetensors::tensor::{Dtype, Metadata, View, serialize};
 use half::{bf16, f16};
 use taxel_graph::{Tensor, Weights};
 
-use crate::eight_bits::{SCALE, StoredTensor, together};
+use crate::eight_bits::{SCALE, together};
 use crate::error::Cause;
+use crate::stored::StoredTensor;
 
 /// The metadata key under which taxel keeps its own text. One key only: the format keeps metadata in
 /// no fixed order, and equal runs must give equal bytes.
@@ -122,7 +123,7 @@ pub fn to_bytes(weights: &Weights, text: &str) -> Result<Vec<u8>, Cause> {
 /// Returns [`to_bytes`] of tensors of several types.
 pub(crate) fn to_bytes_of(stored: &[(String, StoredTensor)], text: &str) -> Result<Vec<u8>, Cause> {
     for (name, stored) in stored {
-        let (StoredTensor::Floats(tensor) | StoredTensor::Bytes(tensor)) = stored;
+        let tensor = stored.tensor();
         let len = tensor.shape.iter().try_fold(1usize, |len, axis| len.checked_mul(*axis));
         if len != Some(tensor.data.len()) {
             let (tensor, shape, values) = (name.clone(), tensor.shape.clone(), tensor.data.len());
@@ -137,29 +138,26 @@ pub(crate) fn to_bytes_of(stored: &[(String, StoredTensor)], text: &str) -> Resu
 /// A tensor as the format wants it: little-endian bytes.
 struct TensorBytes<'a>(&'a StoredTensor);
 
-impl TensorBytes<'_> {
-    fn tensor(&self) -> &Tensor {
-        let (StoredTensor::Floats(tensor) | StoredTensor::Bytes(tensor)) = self.0;
-        tensor
-    }
-}
-
 impl View for TensorBytes<'_> {
     fn dtype(&self) -> Dtype {
         match self.0 {
             StoredTensor::Floats(_) => Dtype::F32,
+            StoredTensor::Halves(_) => Dtype::BF16,
             StoredTensor::Bytes(_) => Dtype::I8,
         }
     }
 
     fn shape(&self) -> &[usize] {
-        &self.tensor().shape
+        &self.0.tensor().shape
     }
 
     fn data(&self) -> Cow<'_, [u8]> {
         match self.0 {
             StoredTensor::Floats(tensor) => {
                 tensor.data.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<_>>().into()
+            }
+            StoredTensor::Halves(tensor) => {
+                tensor.data.iter().flat_map(|v| bf16::from_f32(*v).to_le_bytes()).collect::<Vec<_>>().into()
             }
             StoredTensor::Bytes(tensor) => {
                 tensor.data.iter().map(|v| (*v as i8).cast_unsigned()).collect::<Vec<_>>().into()
@@ -170,6 +168,7 @@ impl View for TensorBytes<'_> {
     fn data_len(&self) -> usize {
         match self.0 {
             StoredTensor::Floats(tensor) => 4 * tensor.data.len(),
+            StoredTensor::Halves(tensor) => 2 * tensor.data.len(),
             StoredTensor::Bytes(tensor) => tensor.data.len(),
         }
     }

@@ -17,12 +17,13 @@ mod kind;
 mod pass;
 mod scatter;
 mod sizes;
-mod winograd;
+pub(crate) mod winograd;
 
 pub use band::{Band, Padded};
 pub use kind::ConvKind;
 
-use begin::Begin;
+pub(crate) use begin::Begin;
+
 use pass::ConvPass;
 use sizes::ConvSizes;
 use winograd::Winograd;

@@ -9,6 +9,7 @@ pub mod bytes;
 mod conv;
 mod depthwise;
 mod gru;
+pub mod half;
 mod linear;
 mod lstm;
 mod place;

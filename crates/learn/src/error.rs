@@ -77,6 +77,14 @@ pub enum Error {
         /// Why not.
         reason: String,
     },
+    /// A model that bf16 cannot be made of.
+    #[error("{model}: {reason}")]
+    Half {
+        /// Its name.
+        model: String,
+        /// Why not.
+        reason: String,
+    },
     /// A model that cannot be calibrated.
     #[error("{model}: {reason}")]
     Calibration {

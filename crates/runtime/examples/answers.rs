@@ -1,6 +1,6 @@
 //! Answers of one network on request, for `scripts/bench_answers.py` and `scripts/arm64.py`.
 //!
-//! `answers resnet8-lite-1d frozen` (or `engine`, or `int8`) prints a JSON line about itself; then each line `run N` on
+//! `answers resnet8-lite-1d frozen` (or `bf16`, `int8`, `engine`) prints a JSON line about itself; then each line `run N` on
 //! standard input is N predictions of one sample, and a JSON line with the CPU time that they took.
 
 use std::error::Error;
@@ -36,7 +36,7 @@ fn obey(mut predict: impl FnMut() -> bool) -> Result<(), Box<dyn Error>> {
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let [network, how] = arguments.as_slice() else {
-        return Err("usage: answers NETWORK frozen|int8|engine".into());
+        return Err("usage: answers NETWORK frozen|bf16|int8|engine".into());
     };
     let graph = taxel_zoo::find(network)?.graph(&taxel_zoo::Settings::new())?;
     let weights = Weights::init(&graph, Scheme::Pytorch, 0, "answers");
@@ -50,6 +50,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     match how.as_str() {
         "frozen" => {
             let frozen = Frozen::new(&graph, &weights)?;
+            let mut workspace = frozen.workspace();
+            obey(|| frozen.predict(&mut workspace, &inputs).is_ok())
+        }
+        "bf16" => {
+            let frozen = Frozen::half(&graph, &weights)?;
             let mut workspace = frozen.workspace();
             obey(|| frozen.predict(&mut workspace, &inputs).is_ok())
         }
@@ -67,6 +72,6 @@ fn main() -> Result<(), Box<dyn Error>> {
             let mut workspace = evaluator.workspace();
             obey(|| evaluator.predict(&mut workspace, &inputs, 1).is_ok())
         }
-        other => Err(format!("`{other}` is neither `frozen` nor `int8` nor `engine`").into()),
+        other => Err(format!("`{other}` is none of `frozen`, `bf16`, `int8` and `engine`").into()),
     }
 }

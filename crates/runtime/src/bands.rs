@@ -4,6 +4,8 @@
 use taxel_kernels::Window3;
 use taxel_kernels::frozen::{self, ImagePlace, Route};
 
+use crate::dense::DenseConv;
+use crate::lower::Purpose;
 use crate::step::{Conv, Pair};
 
 /// Bytes that one band may take; a core's own cache holds them with weights and outputs.
@@ -11,13 +13,15 @@ const BAND: usize = 640 << 10;
 
 /// Both convolutions of every band.
 pub(crate) struct Bands {
-    list: Vec<(frozen::Conv, frozen::Depthwise)>,
+    list: Vec<(DenseConv, frozen::Depthwise)>,
     /// Where the widest band lies in scratch.
     place: ImagePlace,
+    /// Values of scratch behind it that the first convolutions need.
+    rest: usize,
 }
 
 impl Bands {
-    pub fn new(pair: &Pair, from: ImagePlace, to: ImagePlace) -> Self {
+    pub fn new(pair: &Pair, from: ImagePlace, to: ImagePlace, purpose: Purpose) -> Self {
         let Pair { first, second } = pair;
         let Window3 { input, output, kernel, stride, before } = second.window;
         let margin = frozen::margins(&second.window, second.dilation);
@@ -43,7 +47,7 @@ impl Bands {
             };
             let same = Window3 { input: x.size, output: between.size, ..first.window };
             list.push((
-                frozen::Conv::new(&same, [1; 3], 1, &first.weight, &first.bias, along(first, x, between)),
+                DenseConv::new(first, &same, along(first, x, between), purpose),
                 frozen::Depthwise::new(
                     &window,
                     second.dilation,
@@ -53,17 +57,18 @@ impl Bands {
                 ),
             ));
         }
-        Bands { list, place: band(under(most).min(input[1])) }
+        let rest = list.iter().map(|(first, _)| first.work_len()).max().unwrap_or(0);
+        Bands { list, place: band(under(most).min(input[1])), rest }
     }
 
     /// Returns the number of values of scratch that [`Bands::run`] needs.
     pub fn work_len(&self) -> usize {
-        self.place.buffer_len()
+        self.place.buffer_len() + self.rest
     }
 
     pub fn run(&self, x: &[f32], work: &mut [f32], y: &mut [f32]) {
         let ImagePlace { margin, channels, pitch, .. } = self.place;
-        let work = &mut work[..self.work_len()];
+        let (work, rest) = work.split_at_mut(self.place.buffer_len());
         for row in work.chunks_exact_mut(pitch[1]) {
             let (left, rest) = row.split_at_mut(margin[0] * channels);
             left.fill(0.0);
@@ -71,7 +76,7 @@ impl Bands {
             rest[values..].fill(0.0);
         }
         for (first, second) in &self.list {
-            first.run(x, None, work);
+            first.run(x, None, rest, work);
             second.run(work, y);
         }
     }

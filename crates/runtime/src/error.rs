@@ -14,6 +14,17 @@ pub enum Error {
         /// The mismatch.
         reason: String,
     },
+    /// A network in bf16 on a processor that has no products of it.
+    #[error(
+        "{model}: predicts with products of bf16, which are not possible here: {reason}; take the model in floats that it was made \
+         of, or put that in eight bits"
+    )]
+    Half {
+        /// Network name.
+        model: String,
+        /// The reason.
+        reason: &'static str,
+    },
     /// A workspace that another network made.
     #[error("{model}: the workspace belongs to another network; make one with this network's `workspace`")]
     Workspace {

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use taxel_graph::{Graph, Weights, describe};
-use taxel_kernels::Buffer;
 use taxel_kernels::frozen::ImagePlace;
+use taxel_kernels::{Buffer, half};
 
 use crate::error::{Error, Result};
 use crate::lower::{Purpose, lower};
@@ -60,11 +60,26 @@ impl Frozen {
     /// # Errors
     /// Weights that do not fit the graph.
     pub fn new(graph: &Graph, weights: &Weights) -> Result<Self> {
+        Self::paired(graph, weights, Purpose::Floats)
+    }
+
+    /// Freezes `graph` with products of bf16: convolutions and linear layers round both factors to it and sum in floats.
+    /// Depthwise convolutions, groups of an odd number of channels, recurrent layers and all other operations stay in floats.
+    ///
+    /// # Errors
+    /// Weights that do not fit the graph, and a processor without such products.
+    pub fn half(graph: &Graph, weights: &Weights) -> Result<Self> {
+        let refuse = |reason| Error::Half { model: graph.name().into(), reason };
+        half::supported().map_err(refuse)?;
+        Self::paired(graph, weights, Purpose::Half)
+    }
+
+    fn paired(graph: &Graph, weights: &Weights, purpose: Purpose) -> Result<Self> {
         weights.check(graph)?;
-        let (steps, outputs) = lower(graph, weights, Purpose::Floats);
+        let (steps, outputs) = lower(graph, weights, purpose);
         let (steps, now) = pair(steps, &outputs);
         let outputs: Vec<StepId> = outputs.into_iter().map(|output| now[output]).collect();
-        Ok(Self::of(graph, steps, &outputs, Purpose::Floats))
+        Ok(Self::of(graph, steps, &outputs, purpose))
     }
 
     /// Freezes `graph` in eight bits: convolutions and linear layers multiply bytes with signed bytes, and values
@@ -95,7 +110,7 @@ impl Frozen {
             OutputPlace { name, buffer, place }
         });
         let outputs = outputs.collect();
-        let (calls, scratch) = program(steps, &places, purpose == Purpose::Bytes);
+        let (calls, scratch) = program(steps, &places, purpose);
         let inputs = graph.inputs().map(|node| (node.name.clone(), node.shape.clone())).collect();
         let name = graph.name().to_string();
         let buffers = places.buffers;

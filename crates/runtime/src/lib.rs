@@ -19,7 +19,7 @@
 //! # Ok::<(), taxel_runtime::Error>(())
 //! ```
 //!
-//! [`Frozen::quantized`] is the same in eight bits, which an [`Observer`] has prepared with samples like those that will
+//! [`Frozen::half`] is the same with products of bf16, where the processor has them. [`Frozen::quantized`] is the same in eight bits, which an [`Observer`] has prepared with samples like those that will
 //! be asked about. A [`Blueprint`] is the same network as a list of steps with their places, for those who write it down in
 //! another language.
 //!
@@ -28,6 +28,7 @@
 mod bands;
 mod blueprint;
 mod byte_kernel;
+mod dense;
 mod error;
 mod frozen;
 mod lower;
@@ -41,6 +42,7 @@ mod quantize;
 mod ranges;
 mod step;
 mod weights;
+mod winograd;
 
 pub use blueprint::{
     Blueprint, PlannedConv, PlannedFloatConv, PlannedFloatLinear, PlannedLstm, PlannedOp, PlannedStep,

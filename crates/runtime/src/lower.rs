@@ -1,7 +1,7 @@
 //! From a graph to steps: norms, rectifiers and sums become part of the step before them.
 
 use taxel_graph::{Activation, Graph, Node, NodeId, Op, Weights, Window};
-use taxel_kernels::frozen::{self, Pooling};
+use taxel_kernels::frozen::{self, Pooling, half};
 use taxel_kernels::{Rectifier, Window3, axes3, conv, gru, lstm};
 
 use crate::merge::merge;
@@ -13,6 +13,8 @@ use crate::weights;
 pub(crate) enum Purpose {
     /// Answers in floats.
     Floats,
+    /// The same with products of bf16.
+    Half,
     /// Answers in bytes, or to see what values those will hold: convolutions are computed by their definition.
     Bytes,
 }
@@ -206,6 +208,11 @@ impl Lower<'_> {
             rectifier: Rectifier::None,
             algorithm: match (Algorithm::of(plan), self.purpose) {
                 (Algorithm::Winograd(_), Purpose::Bytes) => Algorithm::Direct,
+                (Algorithm::Winograd(plan), Purpose::Half)
+                    if !half::Winograd::pays(&window, plan.kind(), channels, filters) =>
+                {
+                    Algorithm::Direct
+                }
                 (algorithm, _) => algorithm,
             },
         };
@@ -266,9 +273,10 @@ impl Lower<'_> {
                 continue;
             }
             let step = &mut self.steps[conv];
-            if let StepOp::Conv(Conv { algorithm: Algorithm::Direct, rectifier: Rectifier::None, .. }) =
-                &step.work
+            if let StepOp::Conv(Conv { algorithm, rectifier: Rectifier::None, .. }) = &step.work
                 && step.inputs.len() == 1
+                && (matches!(algorithm, Algorithm::Direct)
+                    || self.purpose == Purpose::Half && matches!(algorithm, Algorithm::Winograd(_)))
             {
                 step.inputs.push(addend);
                 return NodeValue { step: conv, flat: false };

@@ -4,16 +4,19 @@ use std::mem;
 
 use taxel_graph::Activation;
 use taxel_kernels::frozen::bytes::ByteScale;
-use taxel_kernels::frozen::{self, ImagePlace, Pool, Route};
+use taxel_kernels::frozen::{self, ImagePlace, Pool, Route, half};
 use taxel_kernels::{
-    AffineView, Buffer, Rectifier, activation, conv, deviation, gru, layer_norm, layout, lstm, pointwise,
+    AffineView, Buffer, Rectifier, activation, deviation, gru, layer_norm, layout, lstm, pointwise,
 };
 
 use crate::bands::Bands;
 use crate::byte_kernel::ByteKernel;
+use crate::dense::{DenseConv, DenseLinear};
+use crate::lower::Purpose;
 use crate::memory::ProgramBuffer;
 use crate::places::ValuePlaces;
 use crate::step::{Algorithm, Conv, FrozenStep, StepId, StepOp};
+use crate::winograd::Winograd;
 
 /// One call.
 pub(crate) struct Call {
@@ -56,12 +59,13 @@ pub(crate) struct ScratchLens {
 pub(crate) enum CallKernel {
     /// Takes the network's input of this number.
     Input(usize),
-    Conv(frozen::Conv),
+    Conv(DenseConv),
     Depthwise(frozen::Depthwise),
     Winograd(Winograd),
+    HalfWinograd(half::Winograd),
     Bands(Bands),
     Linear {
-        linear: frozen::Linear,
+        linear: DenseLinear,
         bias: Vec<f32>,
         rectifier: Rectifier,
     },
@@ -87,20 +91,12 @@ pub(crate) enum CallKernel {
     Bytes(ByteKernel),
 }
 
-/// The convolution of training with what was folded into it.
-pub(crate) struct Winograd {
-    conv: Box<conv::Conv>,
-    packed: Vec<f32>,
-    bias: Vec<f32>,
-    rectifier: Rectifier,
-}
-
-/// Returns all calls in order, and the lengths of their scratch. A network `in_bytes` predicts the same bits on every
+/// Returns all calls in order, and the lengths of their scratch. A network in bytes predicts the same bits on every
 /// processor.
 pub(crate) fn program(
     steps: Vec<FrozenStep>,
     places: &ValuePlaces,
-    in_bytes: bool,
+    purpose: Purpose,
 ) -> (Vec<Call>, ScratchLens) {
     let (mut calls, mut scratch) = (vec![], ScratchLens::default());
     let scales: Vec<Option<ByteScale>> = steps.iter().map(|step| step.scale).collect();
@@ -123,11 +119,11 @@ pub(crate) fn program(
         }
         let read: Vec<Option<ByteScale>> = step.inputs.iter().map(|&input| scales[input]).collect();
         let has_bytes = step.scale.is_some() || read.iter().any(Option::is_some);
-        let kernel = if has_bytes || in_bytes && ByteKernel::computes_floats(&step.work) {
+        let kernel = if has_bytes || purpose == Purpose::Bytes && ByteKernel::computes_floats(&step.work) {
             let inputs = from.iter().zip(&read).map(|((_, place), scale)| (*place, *scale));
             CallKernel::Bytes(ByteKernel::new(step.work, &inputs.collect::<Vec<_>>(), (to.1, step.scale)))
         } else {
-            kernel(step.work, &from, &to.1, &mut scratch)
+            kernel(step.work, &from, &to.1, purpose, &mut scratch)
         };
         calls.push(Call { name: step.name, kernel, from, to });
     }
@@ -161,18 +157,20 @@ fn kernel(
     work: StepOp,
     from: &[(usize, ImagePlace)],
     to: &ImagePlace,
+    purpose: Purpose,
     scratch: &mut ScratchLens,
 ) -> CallKernel {
     match work {
         StepOp::Input(number) => CallKernel::Input(number),
-        StepOp::Conv(conv) => convolution(conv, from, to, scratch),
+        StepOp::Conv(conv) => convolution(conv, from, to, purpose, scratch),
         StepOp::Pair(pair) => {
-            let bands = Bands::new(&pair, from[0].1, *to);
+            let bands = Bands::new(&pair, from[0].1, *to, purpose);
             scratch.work = scratch.work.max(bands.work_len());
             CallKernel::Bands(bands)
         }
         StepOp::Linear { weight, bias, rectifier } => {
-            let linear = frozen::Linear::new(from[0].1.len(), to.channels, &weight);
+            let linear = DenseLinear::new(from[0].1.len(), to.channels, &weight, purpose);
+            scratch.work = scratch.work.max(linear.work_len());
             CallKernel::Linear { linear, bias, rectifier }
         }
         StepOp::Lstm { sizes, weights: [ih, hh, bias_ih, bias_hh] } => {
@@ -207,28 +205,35 @@ fn kernel(
 }
 
 fn convolution(
-    conv: Conv,
+    mut conv: Conv,
     from: &[(usize, ImagePlace)],
     to: &ImagePlace,
+    purpose: Purpose,
     scratch: &mut ScratchLens,
 ) -> CallKernel {
-    let Conv { window, dilation, groups, weight, bias, rectifier, algorithm } = conv;
     let x = from[0].1;
-    let route = Route { from: x, to: *to, addend: from.get(1).map(|(_, place)| *place), rectifier };
-    match algorithm {
+    let addend = from.get(1).map(|(_, place)| *place);
+    let route = Route { from: x, to: *to, addend, rectifier: conv.rectifier };
+    match mem::replace(&mut conv.algorithm, Algorithm::Direct) {
         Algorithm::Direct => {
-            CallKernel::Conv(frozen::Conv::new(&window, dilation, groups, &weight, &bias, route))
+            let dense = DenseConv::new(&conv, &conv.window, route, purpose);
+            scratch.work = scratch.work.max(dense.work_len());
+            CallKernel::Conv(dense)
         }
         Algorithm::Depthwise => {
-            CallKernel::Depthwise(frozen::Depthwise::new(&window, dilation, &weight, &bias, route))
+            let Conv { window, dilation, weight, bias, .. } = &conv;
+            CallKernel::Depthwise(frozen::Depthwise::new(window, *dilation, weight, bias, route))
         }
-        Algorithm::Winograd(conv) => {
-            scratch.input = scratch.input.max(x.len() + conv.padded_len());
+        Algorithm::Winograd(_) if purpose == Purpose::Half => {
+            let half = half::Winograd::new(&conv.window, &conv.weight, &conv.bias, route);
+            scratch.work = scratch.work.max(half.work_len());
+            CallKernel::HalfWinograd(half)
+        }
+        Algorithm::Winograd(plan) => {
+            scratch.input = scratch.input.max(x.len() + plan.padded_len());
             scratch.output = scratch.output.max(to.len());
-            scratch.work = scratch.work.max(conv.work_len());
-            let mut packed = vec![];
-            conv.pack(&weight, &mut packed);
-            CallKernel::Winograd(Winograd { conv, packed, bias, rectifier })
+            scratch.work = scratch.work.max(plan.work_len());
+            CallKernel::Winograd(Winograd::new(conv, plan))
         }
     }
 }
@@ -290,17 +295,25 @@ impl Call {
                 let x = &given.inputs[*number][given.sample * to.len()..][..to.len()];
                 layout::transpose(to.channels, to.positions(), x, y, false);
             }),
-            CallKernel::Conv(conv) => conv.run(values[0], values.get(1).copied(), y),
+            CallKernel::Conv(conv) => conv.run(values[0], values.get(1).copied(), work, y),
             CallKernel::Depthwise(conv) => conv.run(values[0], y),
-            CallKernel::Winograd(winograd) => self.winograd(winograd, values[0], y, scratch),
+            CallKernel::Winograd(winograd) => {
+                let from = &self.from[0].1;
+                let (copy, padded) = input.split_at_mut(if from.is_dense() { 0 } else { from.len() });
+                winograd.run(dense(from, values[0], copy), [padded, output, work], to, y);
+            }
+            CallKernel::HalfWinograd(winograd) => {
+                winograd.run(values[0], values.get(1).copied(), work, y);
+            }
             CallKernel::Bands(bands) => bands.run(values[0], work, y),
             CallKernel::Linear { linear, bias, rectifier } => {
                 let from = &self.from[0].1;
                 let (x, y) = (dense(from, values[0], input), &mut y[to.start..]);
-                match given.part {
-                    Some(panel) if from.is_dense() => linear.run_panel(panel, x, bias, *rectifier, y),
-                    _ => linear.run(x, bias, *rectifier, y),
-                }
+                let panels = match given.part {
+                    Some(panel) if from.is_dense() => panel..panel + 1,
+                    _ => 0..linear.panels(),
+                };
+                linear.run(panels, x, bias, *rectifier, work, y);
             }
             CallKernel::Lstm(lstm) => lstm.run(values[0], work, &mut y[to.start..]),
             CallKernel::Gru(gru) => gru.run(values[0], work, &mut y[to.start..]),
@@ -341,22 +354,6 @@ impl Call {
                 staged(to, y, output, |y| y.iter_mut().zip(x).for_each(|(y, x)| *y = x * factor));
             }
         }
-    }
-
-    fn winograd(&self, winograd: &Winograd, x: &[f32], y: &mut [f32], scratch: &mut Scratch) {
-        let (from, to) = (&self.from[0].1, &self.to.1);
-        let Scratch { input, output, work } = scratch;
-        let (copy, padded) = input.split_at_mut(if from.is_dense() { 0 } else { from.len() });
-        let x = dense(from, x, copy);
-        let Winograd { conv, packed, bias, rectifier } = winograd;
-        let output = &mut output[..to.len()];
-        for band in conv.bands() {
-            let padded = conv.pad(x, &AffineView::default(), band, padded);
-            // What is packed takes the place of the weights.
-            conv.forward(padded, &[], packed, Some(bias), output, work);
-        }
-        let view = AffineView { affine: None, rectifier: *rectifier };
-        frozen::map(&view, &ImagePlace::dense(to.size, to.channels), output, to, y);
     }
 
     fn add(&self, rectifier: Rectifier, values: &[&[f32]], y: &mut [f32], output: &mut [f32]) {

@@ -19,7 +19,10 @@ fn no_answer_allocates() {
         observer.see(&inputs).unwrap();
         let ranges = observer.ranges();
         let floats = Frozen::new(&graph, &weights).unwrap();
-        for frozen in [floats, Frozen::quantized(&graph, &weights, &ranges).unwrap()] {
+        let bytes = Frozen::quantized(&graph, &weights, &ranges).unwrap();
+        // Only some processors have products of bf16.
+        let half = Frozen::half(&graph, &weights).ok();
+        for frozen in [floats, bytes].into_iter().chain(half) {
             let mut workspace = frozen.workspace();
             // What is looked up once per process (the width of the vectors) is looked up here.
             frozen.predict(&mut workspace, &inputs).unwrap();

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::buffer::Buffer;
 use crate::lengths::{at_least, exactly};
-use crate::tile::{ColumnBlock, Start, Tile, columns, even};
+use crate::tile::{ColumnBlock, Start, Tile, columns, even, pair_columns};
 use crate::view::Rectifier;
 use crate::window::Window3;
 
@@ -63,6 +63,29 @@ impl Conv {
         bias: &[f32],
         route: Route,
     ) -> Self {
+        Self::with(window, dilation, groups, (weight, bias), route, false)
+    }
+
+    /// Makes a convolution of pairs of bf16: channels of its input, and weights, are pairs of channels.
+    pub(super) fn paired(
+        window: &Window3,
+        dilation: [usize; 3],
+        groups: usize,
+        weight: &[f32],
+        bias: &[f32],
+        route: Route,
+    ) -> Self {
+        Self::with(window, dilation, groups, (weight, bias), route, true)
+    }
+
+    fn with(
+        window: &Window3,
+        dilation: [usize; 3],
+        groups: usize,
+        (weight, bias): (&[f32], &[f32]),
+        route: Route,
+        in_pairs: bool,
+    ) -> Self {
         let mut window = *window;
         let Route { mut from, mut to, mut addend, rectifier } = route;
         assert!(window.input == from.size && window.output == to.size, "{window:?}: {from:?} to {to:?}");
@@ -91,7 +114,7 @@ impl Conv {
         };
         let reach = lines.iter().map(last).max().unwrap_or(0).max(from.end());
         let depth = window.volume() * channels;
-        let (panels, weights) = pack(weight, depth, channels, filters, groups, &taps);
+        let (panels, weights) = pack(weight, depth, [channels, filters], groups, &taps, in_pairs);
         let bias = bias.to_vec();
         Conv { to, addend, rectifier, step, run, lines, panels, weights, bias, reach }
     }
@@ -222,16 +245,18 @@ pub(super) fn taps_of(
 fn pack(
     weight: &[f32],
     depth: usize,
-    channels: usize,
-    filters: usize,
+    [channels, filters]: [usize; 2],
     groups: usize,
     taps: &[Vec<(usize, usize)>],
+    in_pairs: bool,
 ) -> (Vec<FilterPanel>, Buffer) {
+    let blocks: Vec<ColumnBlock> =
+        if in_pairs { pair_columns(filters).collect() } else { columns(filters).collect() };
     let mut weights = Buffer::zeros(depth * filters * groups);
     let (mut panels, mut at) = (vec![], 0);
     for group in 0..groups {
         let weight = &weight[group * depth * filters..][..depth * filters];
-        for columns in columns(filters) {
+        for &columns in &blocks {
             let width = columns.width();
             for (row, to) in weight.chunks_exact(filters).zip(weights[at..].chunks_exact_mut(width)) {
                 to.copy_from_slice(&row[columns.from..][..width]);

@@ -3,9 +3,12 @@
 use std::ops::Range;
 
 use crate::buffer::Buffer;
+use crate::half::assert_supported;
 use crate::lengths::{at_least, exactly};
 use crate::rows::{load, store};
-use crate::simd::{Simd, WIDEST, at_level, level};
+#[cfg(target_arch = "x86_64")]
+use crate::simd::{Avx512, Pairs};
+use crate::simd::{Floats, Product, Simd, WIDEST, at_level, level};
 use crate::view::{Rectifier, rectify};
 
 /// Sums that run side by side: so many products must be under way to use all of a core.
@@ -67,10 +70,55 @@ impl Linear {
         run(self, 0..self.panels.len(), x, start, rectifier, y);
     }
 
-    /// Runs [`Linear::run`] for the outputs of one panel; the others stay as they are.
-    pub fn run_panel(&self, panel: usize, x: &[f32], start: &[f32], rectifier: Rectifier, y: &mut [f32]) {
-        run(self, panel..panel + 1, x, start, rectifier, y);
+    /// Runs [`Linear::run`] for the outputs of some panels; the others stay as they are.
+    pub fn run_panels(
+        &self,
+        panels: Range<usize>,
+        x: &[f32],
+        start: &[f32],
+        rectifier: Rectifier,
+        y: &mut [f32],
+    ) {
+        run(self, panels, x, start, rectifier, y);
     }
+
+    /// Runs [`Linear::run`] of pairs of bf16 for the outputs of `panels`: inputs, and rows of weights, are pairs of them. Panics
+    /// where the CPU has no products of bf16.
+    pub(super) fn run_pairs(
+        &self,
+        panels: Range<usize>,
+        x: &[f32],
+        start: &[f32],
+        rectifier: Rectifier,
+        y: &mut [f32],
+    ) {
+        assert_supported();
+        #[cfg(target_arch = "x86_64")]
+        {
+            // SAFETY: the features are there, as just asserted.
+            unsafe { pairs_at(self, panels, x, start, rectifier, y) };
+        }
+        #[cfg(not(target_arch = "x86_64"))]
+        run(self, panels, x, start, rectifier, y);
+    }
+}
+
+/// Computes [`Linear::run_pairs`].
+///
+/// # Safety
+/// The CPU has AVX512-BF16.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512bf16")]
+unsafe fn pairs_at(
+    linear: &Linear,
+    panels: Range<usize>,
+    x: &[f32],
+    start: &[f32],
+    rectifier: Rectifier,
+    y: &mut [f32],
+) {
+    // SAFETY: the caller has checked the features.
+    unsafe { products::<Avx512, Pairs>(linear, panels, x, start, rectifier, y) }
 }
 
 at_level! {
@@ -92,6 +140,23 @@ unsafe fn run_at<S: Simd>(
     rectifier: Rectifier,
     y: &mut [f32],
 ) {
+    // SAFETY: the caller has checked the features.
+    unsafe { products::<S, Floats>(linear, panels, x, start, rectifier, y) }
+}
+
+/// Computes the outputs of `panels` with products `P`.
+///
+/// # Safety
+/// The CPU has the features of `S` and `P`.
+#[inline(always)]
+unsafe fn products<S: Simd, P: Product<S>>(
+    linear: &Linear,
+    panels: Range<usize>,
+    x: &[f32],
+    start: &[f32],
+    rectifier: Rectifier,
+    y: &mut [f32],
+) {
     at_least("input of a linear layer", x.len(), linear.inputs);
     at_least("start of a linear layer", start.len(), linear.outputs);
     at_least("output of a linear layer", y.len(), linear.outputs);
@@ -100,10 +165,10 @@ unsafe fn run_at<S: Simd>(
         // SAFETY: the lengths are asserted above; the panels were made for this CPU's vectors.
         unsafe {
             match panel.vectors {
-                8 => panel_at::<S, 8, 1>(linear, panel, x, start, rectifier, y),
-                4 => panel_at::<S, 4, 2>(linear, panel, x, start, rectifier, y),
-                2 => panel_at::<S, 2, 4>(linear, panel, x, start, rectifier, y),
-                _ => panel_at::<S, 1, 8>(linear, panel, x, start, rectifier, y),
+                8 => panel_at::<S, P, 8, 1>(linear, panel, x, start, rectifier, y),
+                4 => panel_at::<S, P, 4, 2>(linear, panel, x, start, rectifier, y),
+                2 => panel_at::<S, P, 2, 4>(linear, panel, x, start, rectifier, y),
+                _ => panel_at::<S, P, 1, 8>(linear, panel, x, start, rectifier, y),
             }
         }
     }
@@ -112,10 +177,10 @@ unsafe fn run_at<S: Simd>(
 /// Computes the outputs of one panel: `N` vectors, each as `U` sums over every `U`-th input.
 ///
 /// # Safety
-/// The CPU has the features of `S`, for whose vectors the panels were made; `x` holds the inputs, `start` and `y` hold
+/// The CPU has the features of `P` and of `S`, for whose vectors the panels were made; `x` holds the inputs, `start` and `y` hold
 /// the outputs.
 #[inline(always)]
-unsafe fn panel_at<S: Simd, const N: usize, const U: usize>(
+unsafe fn panel_at<S: Simd, P: Product<S>, const N: usize, const U: usize>(
     linear: &Linear,
     panel: &OutputPanel,
     x: &[f32],
@@ -137,14 +202,14 @@ unsafe fn panel_at<S: Simd, const N: usize, const U: usize>(
                 let x = S::splat(*x);
                 let at = (block * U + u) * width;
                 for (n, sum) in sums.iter_mut().enumerate() {
-                    *sum = S::fma(x, S::load(weights.as_ptr().add(at + n * S::LANES)), *sum);
+                    *sum = P::add(x, S::load(weights.as_ptr().add(at + n * S::LANES)), *sum);
                 }
             }
         }
         for (input, x) in x.iter().enumerate().skip(whole) {
             let x = S::splat(*x);
             for (n, sum) in sums[0].iter_mut().enumerate() {
-                *sum = S::fma(x, S::load(weights.as_ptr().add(input * width + n * S::LANES)), *sum);
+                *sum = P::add(x, S::load(weights.as_ptr().add(input * width + n * S::LANES)), *sum);
             }
         }
         for n in 0..N {

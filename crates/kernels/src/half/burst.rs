@@ -34,7 +34,7 @@ unsafe fn burst_of_pairs(rounds: usize) -> f32 {
             // Known only now, so that no product is moved out of the loop.
             let b = Avx512::splat(std::hint::black_box(ones));
             for sum in &mut sums {
-                *sum = Pairs::add(a, b, *sum);
+                *sum = <Pairs as Product<Avx512>>::add(a, b, *sum);
             }
         }
         let total = sums.into_iter().fold(Avx512::splat(0.0), |a, b| Avx512::add(a, b));

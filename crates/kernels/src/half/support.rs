@@ -15,7 +15,10 @@ pub fn supported() -> Result<(), &'static str> {
             return Err("taxel multiplies bf16 on x86-64 processors only");
         }
         #[cfg(target_arch = "x86_64")]
-        if !is_x86_feature_detected!("avx512bf16") || !is_x86_feature_detected!("avx512bw") {
+        if !is_x86_feature_detected!("avx512bf16")
+            || !is_x86_feature_detected!("avx512bw")
+            || !is_x86_feature_detected!("avx512vl")
+        {
             return Err("this processor has no AVX512-BF16");
         }
         if level() != Level::Avx512 {

@@ -51,3 +51,22 @@ impl Product<super::Avx512> for Pairs {
         }
     }
 }
+
+#[cfg(target_arch = "x86_64")]
+impl Product<super::Avx2> for Pairs {
+    const BY_LANE: bool = false;
+
+    #[inline(always)]
+    unsafe fn add(
+        a: std::arch::x86_64::__m256,
+        b: std::arch::x86_64::__m256,
+        c: std::arch::x86_64::__m256,
+    ) -> std::arch::x86_64::__m256 {
+        use std::arch::x86_64::{__m256bh, _mm256_dpbf16_ps};
+        // SAFETY: the caller has checked AVX512-BF16 and AVX512-VL; the types differ in name alone.
+        unsafe {
+            let halves = |v| std::mem::transmute::<std::arch::x86_64::__m256, __m256bh>(v);
+            _mm256_dpbf16_ps(c, halves(b), halves(a))
+        }
+    }
+}

@@ -1,6 +1,8 @@
 //! Convolutions of all sizes, values for them, and slices that are too short.
 #![allow(dead_code, reason = "each test file uses its part")]
 
+pub mod placed;
+
 use std::ops::Range;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 

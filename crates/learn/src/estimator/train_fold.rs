@@ -1,6 +1,7 @@
 //! One training of one candidate on one fold: the only place where that is done.
 
 use taxel_data::{Dataset, Fold};
+use taxel_engine::Precision;
 
 use crate::encoding::{Encoder, Input};
 use crate::error::Result;
@@ -135,6 +136,7 @@ fn model(job: &FoldJob, dataset: &Dataset, fitted: &dyn Fitted, inputs: &[Input]
             tuned_from: None,
         },
         quantized: None,
+        precision: Precision::F32,
         score: None,
         certainty: None,
         intervals: None,

@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use taxel_data::{Dataset, Quantity, Task};
+use taxel_engine::Precision;
 use taxel_graph::{Graph, Op};
 
 use crate::encoding::Encoder;
@@ -50,7 +51,7 @@ impl Tuning {
     /// no calibration.
     ///
     /// # Errors
-    /// A model that is no network or in eight bits, samples or targets of another kind than it reads, training that diverges.
+    /// A model that is no network, in eight bits or in bf16, samples or targets of another kind than it reads, training that diverges.
     pub fn run(
         &self,
         model: &Model,
@@ -60,10 +61,13 @@ impl Tuning {
     ) -> Result<Option<Model>> {
         let card = model.card();
         let (graph, recipe) = match &card.kind {
-            ModelKind::Network { graph, recipe, .. } if card.quantized.is_none() => (graph, recipe),
-            ModelKind::Network { .. } => {
+            ModelKind::Network { .. } if card.quantized.is_some() => {
                 return Err(refused(card, "a network in floats to go on from", "it is in eight bits"));
             }
+            ModelKind::Network { .. } if card.precision != Precision::F32 => {
+                return Err(refused(card, "a network in floats to go on from", "it is in bf16"));
+            }
+            ModelKind::Network { graph, recipe, .. } => (graph, recipe),
             ModelKind::Average { .. } => {
                 return Err(refused(
                     card,

@@ -9,6 +9,7 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 use taxel_base::thousands;
 use taxel_data::{Dataset, SampleSpec, Source, Tare, Task};
+use taxel_engine::Precision;
 use taxel_graph::{Graph, Loss};
 use taxel_guard::Guard;
 
@@ -55,6 +56,10 @@ pub struct Card {
     /// How its values are written in eight bits; none in a model of 32-bit floats.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub quantized: Option<Quantized>,
+    /// Numbers that the products of its convolutions and linear layers are made of, and their weights: `bf16`, or `f32`, which
+    /// is left out.
+    #[serde(default, skip_serializing_if = "is_f32")]
+    pub precision: Precision,
     /// The samples that it has learned from.
     pub trained_on: TrainedOn,
     /// How its recipe scored on samples that it had not seen; none where that was not measured.
@@ -68,6 +73,10 @@ pub struct Card {
     pub intervals: Option<Intervals>,
     /// BLAKE3 of the tensors in order of their names: name, shape, values.
     pub tensors: String,
+}
+
+fn is_f32(precision: &Precision) -> bool {
+    *precision == Precision::F32
 }
 
 /// An input of a model and how it is made.
@@ -295,8 +304,12 @@ impl Card {
         }
     }
 
-    /// Writes how its values are kept in eight bits, if they are.
+    /// Writes how its weights and values are kept in fewer bits, if they are.
     fn write_bits(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.precision == Precision::Bf16 {
+            let text = "16 per weight and factor (bf16), sums and values in 32; certainty as measured in 32";
+            return line(f, "in bits", text.into());
+        }
         let Some(Quantized { bits, digest, samples, .. }) = &self.quantized else { return Ok(()) };
         let seen = if *digest == self.trained_on.digest {
             "the training data".into()

@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 use taxel_baselines::Method;
 use taxel_checkpoint::Cause;
 use taxel_data::Layout;
+use taxel_engine::Precision;
 use taxel_graph::{Graph, Weights};
 
 use super::card::{Card, FORMAT, Quantized, TrainedOn, TrainingPart};
@@ -72,6 +73,9 @@ impl Model {
         match (&self.card.quantized, self.card.graph()) {
             (Some(_), Some(graph)) => {
                 taxel_checkpoint::to_bytes_rounded(&self.weights, &multiplied(graph), text)
+            }
+            (None, Some(graph)) if self.card.precision == Precision::Bf16 => {
+                taxel_checkpoint::to_bytes_halved(&self.weights, &multiplied(graph), text)
             }
             _ => taxel_checkpoint::to_bytes(&self.weights, text),
         }
@@ -254,6 +258,9 @@ fn check_kind(card: &Card, weights: &Weights) -> std::result::Result<(), String>
             if card.quantized.is_some() {
                 return Err("its card says eight bits, which an average has not".into());
             }
+            if card.precision != Precision::F32 {
+                return Err("its card says bf16, which an average has not".into());
+            }
             members.iter().try_for_each(|member| {
                 check_kind(&member.card, &member.weights)
                     .map_err(|reason| format!("of {}, which it averages: {reason}", member.card.name))
@@ -303,6 +310,9 @@ fn check_network(
     }
     if let Some(reason) = card.quantized.as_ref().and_then(nonsense) {
         return Err(format!("its card does not hold together: {reason}"));
+    }
+    if card.quantized.is_some() && card.precision != Precision::F32 {
+        return Err("its card does not hold together: it says eight bits and bf16".into());
     }
     let names = graph.inputs().map(|node| node.name.as_str());
     if !names.eq(card.inputs.iter().map(|input| input.name.as_str())) {

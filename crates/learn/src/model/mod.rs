@@ -5,6 +5,7 @@ mod card;
 mod digest;
 mod familiar;
 mod file;
+mod halve;
 mod hub_page;
 mod kind;
 pub(crate) mod marks;

@@ -1,4 +1,4 @@
-//! Which tensors of a network are in eight bits.
+//! Which tensors of a network are in fewer bits, where some are.
 
 use taxel_graph::{Graph, Op};
 

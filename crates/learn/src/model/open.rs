@@ -3,7 +3,9 @@
 use std::ops::Range;
 use std::path::Path;
 
+use taxel_engine::Precision;
 use taxel_graph::Weights;
+use taxel_runtime::Frozen;
 
 use super::card::Card;
 use super::kind::ModelKind;
@@ -17,12 +19,16 @@ use crate::estimator::baseline::FittedBaseline;
 /// Opens the method of a card with its tensors, to predict up to `batch` samples at a time on each of `threads` threads.
 ///
 /// # Errors
-/// Tensors that do not fit the card, threads that cannot be started.
+/// Tensors that do not fit the card, products that the processor lacks, threads that cannot be started.
 pub(crate) fn open(card: &Card, weights: &Weights, batch: usize, threads: usize) -> Result<Box<dyn Ready>> {
     match &card.kind {
         ModelKind::Network { graph, loss, .. } => {
-            let ranges = card.quantized.as_ref().map(|quantized| &quantized.ranges);
-            let network = Responder::new(graph, weights, ranges, batch, threads)?;
+            let frozen = match (&card.quantized, card.precision) {
+                (Some(quantized), _) => Frozen::quantized(graph, weights, &quantized.ranges)?,
+                (None, Precision::Bf16) => Frozen::half(graph, weights)?,
+                (None, Precision::F32) => Frozen::new(graph, weights)?,
+            };
+            let network = Responder::new(frozen, batch, threads)?;
             let has_labels = card.value_loss().is_none();
             Ok(Box::new(if has_labels { network.of_labels(*loss, card.levels()) } else { network }))
         }

@@ -1,6 +1,7 @@
 //! A network's model in eight bits, made from one in floats.
 
 use ndarray::{ArrayD, Axis};
+use taxel_engine::Precision;
 use taxel_runtime::Observer;
 
 use super::card::{Card, Quantized};
@@ -24,7 +25,7 @@ impl Model {
     /// the strongest contacts, which are rare in tactile recordings.
     ///
     /// # Errors
-    /// A baseline, or a model in eight bits; samples as [`Model::predict`] refuses them.
+    /// A baseline, or a model in eight bits or bf16; samples as [`Model::predict`] refuses them.
     pub fn quantized(&self, x: &ArrayD<f32>, digest: &str) -> Result<Model> {
         let card = self.card();
         let refuse = |reason: &str| Err(Error::EightBits { model: card.name.clone(), reason: reason.into() });
@@ -33,6 +34,9 @@ impl Model {
         };
         if card.quantized.is_some() {
             return refuse("is in eight bits already");
+        }
+        if card.precision == Precision::Bf16 {
+            return refuse("is in bf16; quantize the model in floats that it was made of");
         }
         let mut weights = self.weights().clone();
         for name in multiplied(graph) {

@@ -4,7 +4,7 @@ use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 use taxel_graph::{Graph, Loss, Weights};
-use taxel_runtime::{Frozen, Ranges, Workspace};
+use taxel_runtime::{Frozen, Workspace};
 
 use super::ready::Ready;
 use super::workspace::ModelMemory;
@@ -29,22 +29,19 @@ pub(crate) struct Responder {
 }
 
 impl Responder {
-    /// Freezes `graph` with `weights`, in eight bits where there are `ranges`, to predict up to `batch` samples at a
-    /// time on each of `threads` threads. Answers depend on neither.
+    /// Freezes `graph` with `weights` in floats.
     ///
     /// # Errors
-    /// Weights that do not fit the graph, or threads that cannot be started.
-    pub fn new(
-        graph: &Graph,
-        weights: &Weights,
-        ranges: Option<&Ranges>,
-        batch: usize,
-        threads: usize,
-    ) -> Result<Self> {
-        let frozen = match ranges {
-            Some(ranges) => Frozen::quantized(graph, weights, ranges)?,
-            None => Frozen::new(graph, weights)?,
-        };
+    /// Weights that do not fit the graph, and as [`Responder::new`].
+    pub fn floats(graph: &Graph, weights: &Weights, batch: usize, threads: usize) -> Result<Self> {
+        Self::new(Frozen::new(graph, weights)?, batch, threads)
+    }
+
+    /// Takes a network to predict up to `batch` samples at a time on each of `threads` threads. Answers depend on neither.
+    ///
+    /// # Errors
+    /// Threads that cannot be started.
+    pub fn new(frozen: Frozen, batch: usize, threads: usize) -> Result<Self> {
         let pool = if threads > 1 { Some(pool(threads)?) } else { None };
         Ok(Responder { frozen, batch: batch.min(SHARE), pool, idle: Mutex::default(), labels: None })
     }

@@ -154,7 +154,7 @@ impl CachedFeatures {
         cache: &FeatureCache,
     ) -> Result<CachedFeatures> {
         let features = cache.tested.features(body, weights, &inputs);
-        let source = FeatureSource::Runtime(Box::new(Responder::new(body, weights, None, batch, threads)?));
+        let source = FeatureSource::Runtime(Box::new(Responder::floats(body, weights, batch, threads)?));
         Ok(CachedFeatures { source, batch, inputs, features, gathered: vec![] })
     }
 

@@ -228,7 +228,7 @@ impl<'d> Learner<'d> {
     /// # Errors
     /// An error of the runtime.
     pub fn test(&mut self, weights: &Weights, rows: &[usize]) -> Result<Tested> {
-        let responder = |graph, weights| Responder::new(graph, weights, None, self.batch, self.set.threads);
+        let responder = |graph, weights| Responder::floats(graph, weights, self.batch, self.set.threads);
         let each = self.batch.max(AT_ONCE);
         let (responder, mut features) = match &self.halves {
             Some(Halves { body, head }) => {

@@ -6,10 +6,10 @@
 //! weights' gradient is the same turned round: `Gᵀ [(Bᵀ d) ⊙ (A dy)]`. Infinity in a tile may come out as
 //! NaN.
 
-mod grid;
+pub(crate) mod grid;
 mod line;
 mod square;
-mod square_transforms;
+pub(crate) mod square_transforms;
 
 use crate::conv::begin::Begin;
 use crate::conv::sizes::ConvSizes;
