@@ -7,7 +7,7 @@ use crate::fault::Fault;
 
 /// Letters of a line that a message shows.
 const SHOWN: usize = 40;
-/// What separates fields before blanks do, the first that is there.
+/// Separators of fields, the first that is there; else blanks are.
 const SEPARATORS: [char; 3] = [',', ';', '\t'];
 /// Names that a message lists.
 const SHOWN_NAMES: usize = 16;

@@ -29,7 +29,7 @@ pub struct Exported {
     pub inputs: Vec<ExportedInput>,
     /// Names of the outputs in their order: logits and, where they follow, `probabilities`, or `values`; of a model with a gate `distance`.
     pub outputs: Vec<String>,
-    /// What a program has to do before it calls the model, beside the encoding of inputs.
+    /// Work of a program before it calls the model, beside the encoding of inputs.
     pub remarks: Vec<String>,
 }
 

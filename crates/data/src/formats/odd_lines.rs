@@ -1,7 +1,7 @@
 //! Finds the lines of a text table that are no rows of it, as loggers write them: lines before the header, comments, messages such as
 //! `OVERFLOW`, the header once more, a summary at the end.
 //!
-//! What could be a row stays, and is refused where it is read.
+//! A line that could be a row stays, and is refused where it is read.
 
 use crate::error::plural;
 use std::collections::HashMap;
@@ -43,7 +43,7 @@ pub(crate) struct WithoutOddLines {
     pub said: String,
 }
 
-/// What a line is that is no row.
+/// The kind of a line that is no row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum OddLine {
     BeforeTable,
@@ -297,7 +297,7 @@ fn in_words(text: &str, odd: &[(usize, OddLine)]) -> String {
 mod tests {
     use super::*;
 
-    /// The lines that stay, and what is said of the others.
+    /// Returns the lines that stay, and what is said of the others.
     fn kept(text: &str) -> (Vec<String>, String) {
         let (left, said) = match without_odd_lines(text, None, true) {
             Some(without) => (without.text, without.said),

@@ -9,7 +9,7 @@ pub(crate) struct FileDoubts(Vec<FileDoubt>);
 #[derive(Debug)]
 struct FileDoubt {
     kind: String,
-    /// What is doubtful of the first file, and how to fix it.
+    /// The doubt about the first file, and how to fix it.
     words: String,
     files: usize,
 }
