@@ -8,7 +8,7 @@ use taxel_data::{Layout, SampleSpec};
 use taxel_encodings::{CodeView, QuantileCode, Scaling, TactileTensor};
 use taxel_graph::{Graph, Loss, Network, Tensor, Weights};
 use taxel_learn::certainty::{Axes, FALSE_ALARMS, Place, Seen};
-use taxel_learn::{Card, Model, ModelKind, Transform};
+use taxel_learn::{Card, Model, ModelKind, Precision, Transform};
 use taxel_onnx::{
     Code, CodeRow, DISTANCE, DISTANCES, Export, Front, FrontStep, GatePlace, PROBABILITIES, QUANTITIES,
     READINGS_DISTANCE, ReadingsPlace, RocketConv, RocketFeatures, TEMPERATURE, UNKNOWN_BEYOND, VALUES,
@@ -55,7 +55,7 @@ pub struct ExportedInput {
 /// ```
 ///
 /// # Errors
-/// A baseline other than MiniRocket and ridge, an average, a model in eight bits, and a file that cannot be written.
+/// A baseline other than MiniRocket and ridge, an average, a model in eight bits or in bf16, and a file that cannot be written.
 pub fn export(model: &Model, path: &Path) -> Result<Exported> {
     let card = model.card();
     match &card.kind {
@@ -63,6 +63,10 @@ pub fn export(model: &Model, path: &Path) -> Result<Exported> {
             if card.quantized.is_some() {
                 let reason = "is in eight bits, which the file would not be: export the model that it was made of, and let the \
                               other tool put that in eight bits";
+                return Err(Error::Export { model: card.name.clone(), reason: reason.into() });
+            }
+            if card.precision != Precision::F32 {
+                let reason = "is in bf16, and a file of ONNX would predict in floats: export the model that it was made of";
                 return Err(Error::Export { model: card.name.clone(), reason: reason.into() });
             }
             let read = |node: &taxel_graph::Node| read(card, node);

@@ -1,9 +1,9 @@
-//! `taxel quantize`: models in eight bits.
+//! `taxel quantize`: models in eight bits or in bf16.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use taxel::learn::quantize_run;
 use taxel::{Model, Registry, RunFolder};
 
@@ -13,21 +13,28 @@ use crate::commands::arguments::paths::check_model_output;
 use crate::terminal::messages::note;
 use crate::{out, outln};
 
-/// Puts a network in eight bits: smaller and faster, and nearly as accurate.
+/// Puts a network in eight bits or in bf16: smaller and faster, and nearly as accurate.
 ///
 /// From a MODEL that `taxel fit` made it writes a second one. Its ranges are those of the recordings of --calibrate: best
 /// the ones that the model was trained on, or others of the same sensor. Weights are rounded for each output by itself.
+///
+/// With --to bf16 weights have 16 bits, and both factors of a product are rounded to bf16: half the file, without recordings, for
+/// processors with AVX512-BF16 (`avx512_bf16` in /proc/cpuinfo). Others refuse to predict with it.
 ///
 /// In a RUN it adds every network once more as <name>.int8, each fold calibrated on its training samples and tested on
 /// samples that it has not seen; `taxel report` then shows both.
 #[derive(Args)]
 #[command(
     after_help = "Examples:  taxel quantize glove.safetensors --calibrate recordings.npz --output glove8.safetensors
+           taxel quantize glove.safetensors --to bf16 --output glove16.safetensors
            taxel quantize runs/glove && taxel report runs/glove"
 )]
 pub struct Quantize {
     /// A model, or a run folder.
     from: PathBuf,
+    /// The numbers of the result: eight bits, or bf16.
+    #[arg(long, value_enum, value_name = "NUMBERS", default_value = "int8")]
+    to: Numbers,
     /// Recordings like those that the model will see.
     #[arg(long, value_name = "DATA")]
     calibrate: Option<PathBuf>,
@@ -38,8 +45,17 @@ pub struct Quantize {
     read_options: taxel::ReadOptions,
 }
 
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Numbers {
+    Int8,
+    Bf16,
+}
+
 impl Quantize {
     pub fn run(self) -> CommandResult {
+        if self.to == Numbers::Bf16 {
+            return self.halve();
+        }
         match (self.from.is_dir(), &self.calibrate, &self.output) {
             (true, None, None) => of_run(&self.from),
             (true, ..) => {
@@ -48,6 +64,19 @@ impl Quantize {
             (false, Some(data), Some(output)) => self.of_model(data, output),
             (false, ..) => Err("a model needs --calibrate DATA and --output MODEL".into()),
         }
+    }
+
+    fn halve(&self) -> CommandResult {
+        if self.from.is_dir() {
+            let text = "--to bf16: takes a model, not a run; `taxel fit RUN --output MODEL` makes one, and a run has its folds' in models/";
+            return Err(text.into());
+        }
+        if self.calibrate.is_some() {
+            return Err("--calibrate: bf16 needs no recordings; leave it out, or take --to int8".into());
+        }
+        let output = self.output.as_ref().ok_or("a model in bf16 needs --output MODEL")?;
+        check_model_output(output)?;
+        finish(&Model::open(&self.from)?.halved()?, output)
     }
 
     fn of_model(&self, data: &Path, output: &Path) -> CommandResult {
@@ -60,12 +89,16 @@ impl Quantize {
             Ok(dataset) => dataset.digest,
             Err(_) => taxel::data::digest_of(&recordings.x),
         };
-        let quantized = model.quantized(&recordings.x, &digest)?;
-        quantized.save(output)?;
-        out!("{}", quantized.card());
-        outln!("model        {}", output.display());
-        Ok(ExitCode::SUCCESS)
+        finish(&model.quantized(&recordings.x, &digest)?, output)
     }
+}
+
+/// Writes a model and prints its card.
+fn finish(model: &Model, output: &Path) -> CommandResult {
+    model.save(output)?;
+    out!("{}", model.card());
+    outln!("model        {}", output.display());
+    Ok(ExitCode::SUCCESS)
 }
 
 fn of_run(path: &Path) -> CommandResult {

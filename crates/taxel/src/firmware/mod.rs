@@ -12,7 +12,7 @@ use taxel_firmware::{
 use taxel_graph::{Graph, Loss};
 use taxel_judge::{Need, Room};
 use taxel_learn::certainty::{Axes, FALSE_ALARMS, Place, Readings, Seen};
-use taxel_learn::{Card, Model, ModelKind};
+use taxel_learn::{Card, Model, ModelKind, Precision};
 use taxel_runtime::Blueprint;
 
 use crate::error::{Error, Result};
@@ -136,6 +136,10 @@ fn read(model: &Model) -> Result<Read> {
 
 fn network(model: &Model, graph: &Graph) -> Result<Blueprint> {
     let card = model.card();
+    if card.precision != Precision::F32 {
+        let reason = "is in bf16, and C would predict in floats: export the model that it was made of";
+        return Err(refusal(card, reason.into()));
+    }
     let blueprint = match &card.quantized {
         Some(quantized) => Blueprint::new(graph, model.weights(), &quantized.ranges),
         None if !taxel_runtime::has_fused_products() => {
