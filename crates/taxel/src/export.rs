@@ -15,6 +15,7 @@ use taxel_onnx::{
 };
 
 use crate::error::{Error, Result};
+use crate::remarks::{sensor_facts, tare_remark};
 use crate::saved_baseline::fitted;
 
 /// Names of the input, the layer and the output of a linear baseline.
@@ -139,16 +140,6 @@ fn written(
     Ok(Exported { inputs, outputs, remarks: tare_remark(card).into_iter().collect() })
 }
 
-/// Says what a program has to take off its readings before it calls an exported model; none of a model that reads what the sensor
-/// gives.
-pub(crate) fn tare_remark(card: &Card) -> Option<String> {
-    let words = card.spec.tare.as_ref()?.words()?;
-    Some(format!(
-        "The model was trained on readings less their level at rest, and the export does not take it off. Your program has to: from \
-         each channel of every reading it takes off {words}, before it calls the model."
-    ))
-}
-
 /// Returns how an input of a network is read.
 fn read(card: &Card, node: &taxel_graph::Node) -> Read {
     let transform = card.inputs.iter().find(|input| input.name == node.name).map(|input| &input.transform);
@@ -232,7 +223,7 @@ fn facts(
     inputs: &[ExportedInput],
     has_readings: bool,
 ) -> Vec<(String, String)> {
-    let SampleSpec { unit, rate, full_scale, tare, channel_names, .. } = &card.spec;
+    let SampleSpec { unit, rate, full_scale, .. } = &card.spec;
     let classes = match &card.task.attributes()[..] {
         [] => json!(card.task.quantities()),
         [one] => json!(one.classes),
@@ -268,11 +259,7 @@ fn facts(
     let limits: serde_json::Map<_, _> =
         limits.filter_map(|(name, limit)| Some((name.to_string(), json!(limit?)))).collect();
     facts.extend((!limits.is_empty()).then(|| (UNKNOWN_BEYOND.to_string(), json!(limits).to_string())));
-    let tare = tare.iter().filter(|tare| tare.words().is_some());
-    facts.extend(tare.map(|tare| ("taxel.tare".to_string(), tare.to_string())));
-    facts.extend(
-        (!channel_names.is_empty()).then(|| ("taxel.channels".to_string(), json!(channel_names).to_string())),
-    );
+    facts.extend(sensor_facts(&card.spec));
     facts.extend(unit.iter().map(|unit| ("taxel.unit".to_string(), unit.clone())));
     facts.extend(rate.iter().map(|rate| ("taxel.rate_hz".to_string(), rate.to_string())));
     facts.extend(full_scale.iter().map(|full| ("taxel.full_scale".to_string(), full.to_string())));

@@ -87,6 +87,8 @@ pub mod panics;
 #[cfg(feature = "lab")]
 mod progress;
 #[cfg(feature = "lab")]
+mod remarks;
+#[cfg(feature = "lab")]
 pub mod reporting;
 #[cfg(feature = "lab")]
 mod saved_baseline;

@@ -16,6 +16,7 @@ use taxel_learn::{Card, Model, ModelKind, Precision};
 use taxel_runtime::Blueprint;
 
 use crate::error::{Error, Result};
+use crate::remarks::tare_remark;
 use crate::saved_baseline::fitted;
 
 mod samples;
@@ -317,6 +318,6 @@ fn remarks(card: &Card, answers: &Answers) -> Vec<String> {
         remarks
             .push(format!("A sample has to be cut to its length ({}) before it is predicted.", rule.key()));
     }
-    remarks.extend(crate::export::tare_remark(card));
+    remarks.extend(tare_remark(card));
     remarks
 }

@@ -62,19 +62,25 @@ pub(super) fn certainty(rows: &[RowCertainty]) -> Table {
             }),
         ]);
     }
-    let few = match rows.iter().find_map(|row| row.certainty.fitted_on.groups) {
-        Some(few) if few < groups_needed(0.9) => format!(
-            ". With {few} groups nothing can be promised at 90 % for a new one, which needs {}: what sets covered is what was seen",
-            groups_needed(0.9)
-        ),
-        _ => String::new(),
-    };
+    let few = few_groups(rows);
     let caption = format!(
         "Expected calibration error in 15 bins, each part at the temperature of the others; to expect: that of a model whose \
          probabilities are right, with as many samples{few}{}",
         blind(rows)
     );
     Table::new(table::CERTAINTY, caption, columns, rows)
+}
+
+/// Says that there are too few groups for a promise, and how many that needs; empty where there are enough.
+fn few_groups(rows: &[RowCertainty]) -> String {
+    let needed = groups_needed(0.9);
+    let groups = rows.iter().find_map(|row| row.certainty.fitted_on.groups);
+    groups.filter(|groups| *groups < needed).map_or(String::new(), |few| {
+        format!(
+            ". With {few} groups nothing can be promised at 90 % for a new one, which needs {needed}: what sets covered is what was \
+             seen"
+        )
+    })
 }
 
 /// Lists the rows whose gates do not tell classes that nobody learned; empty where there are none.
