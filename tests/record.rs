@@ -287,7 +287,7 @@ fn the_rate_of_a_set_is_that_of_its_time_stamps() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
     // A sensor at 96 Hz, whose lines come all at once; somebody takes it for 97 Hz.
-    let line = |t: usize| format!("{:.6},{},{}\n", t as f64 / 96.0, press(t, 0), press(t, 1));
+    let line = |t: usize| format!("{:.9},{},{}\n", t as f64 / 96.0, press(t, 0), press(t, 1));
     let text = format!("time,thumb,index\n{}", (0..2000).map(line).collect::<String>());
     for (more, output) in [(&[][..], "skin"), (&["--rate", "97"], "other")] {
         let set =

@@ -9,7 +9,8 @@ use crate::layer::{Layer, Stage, Then, Windows, Work};
 use crate::library::Library;
 use crate::literals::{floats, table};
 use crate::numbers::{Digest, LARGEST, add_thresholds, byte, ended, ordered, steps};
-use crate::rows::{self, Lines};
+use crate::row_text::Lines;
+use crate::rows;
 use crate::samples::SEED;
 
 /// The texts of the test.

@@ -3,7 +3,7 @@
 use crate::cores::Core;
 use crate::layer::{RowNumber, Work};
 use crate::lower::Network;
-use crate::rows::{self, Lines};
+use crate::row_text::{self, Lines};
 
 /// From the end of a row of a window to the start of the next one.
 const POOL_STEP: &str = "x += l->line - ((uint32_t)s.to - s.from) * l->from_pitch;";
@@ -52,24 +52,24 @@ impl Kernel {
         let step = lines.pool.then_some(POOL_STEP);
         let text = match self {
             Kernel::Conv => return conv_text(network, lines),
-            Kernel::ConvRows => return rows::text("conv", &["from", "to", "addend"]),
+            Kernel::ConvRows => return row_text::text("conv", &["from", "to", "addend"]),
             Kernel::ConvNumbers => include_str!("c/image/numbers.c"),
             Kernel::Fill => include_str!("c/image/fill.c"),
             Kernel::Root => include_str!("c/root.c"),
             Kernel::Depthwise => return depthwise_text(lines),
-            Kernel::DepthwiseRows => return rows::text("depthwise", &["from", "to"]),
+            Kernel::DepthwiseRows => return row_text::text("depthwise", &["from", "to"]),
             Kernel::Map => include_str!("c/map.c"),
-            Kernel::MapRows => return rows::text("map", &["from", "to"]),
-            Kernel::AddRows => return rows::text("add", &["a", "b", "to"]),
-            Kernel::AddFloatsRows => return rows::text("add_floats", &["a", "b", "to"]),
+            Kernel::MapRows => return row_text::text("map", &["from", "to"]),
+            Kernel::AddRows => return row_text::text("add", &["a", "b", "to"]),
+            Kernel::AddFloatsRows => return row_text::text("add_floats", &["a", "b", "to"]),
             Kernel::Copy => include_str!("c/copy.c"),
             Kernel::Add => include_str!("c/add.c"),
             Kernel::AddFloats => include_str!("c/add_floats.c"),
             Kernel::Pool => return pool_text(lines),
-            Kernel::Most => return rows::windows(include_str!("c/most.c"), step),
-            Kernel::MostFloats => return rows::windows(include_str!("c/most_floats.c"), step),
-            Kernel::Mean => return rows::windows(include_str!("c/mean.c"), step),
-            Kernel::MeanFloats => return rows::windows(include_str!("c/mean_floats.c"), step),
+            Kernel::Most => return row_text::windows(include_str!("c/most.c"), step),
+            Kernel::MostFloats => return row_text::windows(include_str!("c/most_floats.c"), step),
+            Kernel::Mean => return row_text::windows(include_str!("c/mean.c"), step),
+            Kernel::MeanFloats => return row_text::windows(include_str!("c/mean_floats.c"), step),
             Kernel::PoolRows => include_str!("c/image/pool.c"),
             Kernel::Deviation => include_str!("c/deviation.c"),
             Kernel::Shuffle => include_str!("c/shuffle.c"),
@@ -102,9 +102,9 @@ fn depthwise_text(lines: Lines) -> String {
     let fields = "    uint16_t lines;\n    int32_t gap; /* from the end of a row of the kernel to the start of the next one */\n";
     let text = include_str!("c/depthwise.c");
     if lines.depthwise {
-        rows::windows(&text.replace("MORE_FIELDS\n", fields), Some("x += l->gap;"))
+        row_text::windows(&text.replace("MORE_FIELDS\n", fields), Some("x += l->gap;"))
     } else {
-        rows::windows(text, None)
+        row_text::windows(text, None)
     }
 }
 

@@ -56,6 +56,7 @@ mod literals;
 mod lower;
 mod numbers;
 mod print;
+mod row_text;
 mod rows;
 mod samples;
 mod size;

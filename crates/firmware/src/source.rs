@@ -11,7 +11,8 @@ use crate::kernel::Kernel;
 use crate::layer::{Conv, Depthwise, Gaps, Layer, Memory, RowNumber, Span, Statistic, Then, Windows, Work};
 use crate::literals::{float, floats, numbers, table};
 use crate::lower::Network;
-use crate::rows::{self, Lines};
+use crate::row_text::Lines;
+use crate::rows;
 use crate::whole::Whole;
 
 /// The layers of a network as C.

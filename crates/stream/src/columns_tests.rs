@@ -229,6 +229,10 @@ fn a_header_that_changes_ends_the_stream() {
         assert!(matches!(read(&mut columns, "N,mV"), Err(Fault::Malformed(_))), "units");
         assert_eq!(good(&mut columns, "3,4").0, [3.0, 4.0]);
     }
+}
+
+#[test]
+fn keys_that_change_end_the_stream_and_banners_do_not() {
     for (other, is_change) in [
         (r#"{"a":1,"c":2}"#, true),
         (r#"{"x":1,"y":2}"#, true),

@@ -126,64 +126,88 @@ pub(crate) fn read(
     let channels = columns.rest.clone();
     refuse_shape(table, &columns, channels.len())?;
     let (names, mut facts) = beside;
-    let LongTable { recordings: mut all, x, timing, mended, mut steps, doubts } = match columns.form {
+    let long = match columns.form {
         TableForm::Wide => wide(table, &columns, &channels, options)?,
         TableForm::Long => long::read(table, &columns, &channels, options)?,
     };
-    if let Some(timing) = &timing {
+    if let Some(timing) = &long.timing {
         let rate = Some(timing.rate());
         names_file::stamp(&mut facts, rate, options)?;
         facts.rate = rate;
     }
-    let name = |at: usize| table.header[at].clone();
-    let mut y_names: Vec<String> = columns.labels.iter().map(|at| name(*at)).collect();
-    if let Some(labels) = labels_by_recording {
-        (y_names, steps) = (labels.names.clone(), None);
-        set_labels(table, &mut all, labels)?;
+    let parsed = Parsed { table, columns: &columns, channels: &channels, texts: &texts, names, facts, long };
+    parsed.raw(set, options, labels_by_recording)
+}
+
+/// A table whose recordings are read, and whose targets are not.
+struct Parsed<'t> {
+    table: &'t TableText,
+    columns: &'t TableColumns,
+    channels: &'t [usize],
+    /// Columns of text, which are passed over.
+    texts: &'t [usize],
+    names: Option<Names>,
+    facts: SampleFacts,
+    long: LongTable,
+}
+
+impl Parsed<'_> {
+    /// Reads the targets, and says what was read as what.
+    fn raw(
+        self,
+        set: String,
+        options: &ReadOptions,
+        labels_by_recording: Option<&LabelsByRecording>,
+    ) -> Result<Raw> {
+        let Parsed { table, columns, channels, texts, names, facts, long } = self;
+        let LongTable { recordings: mut all, x, timing, mended, mut steps, doubts } = long;
+        let file = table.file.clone();
+        let name = |at: usize| table.header[at].clone();
+        let mut y_names: Vec<String> = columns.labels.iter().map(|at| name(*at)).collect();
+        if let Some(labels) = labels_by_recording {
+            (y_names, steps) = (labels.names.clone(), None);
+            set_labels(table, &mut all, labels)?;
+        }
+        let x = x.ok_or_else(|| Error::NoSamples { at: file.clone() })?;
+        let stored = StoredTargets { table, all: &all, names: &y_names };
+        let TableTargets { y, names, values, steps } =
+            stored.read(steps.as_ref(), timing, (names, &facts), options)?;
+        let mut warnings: Vec<String> = table.left_out.iter().cloned().chain(doubts).collect();
+        warnings.extend(doubts_of_texts(table, texts)?);
+        if values.is_none() && facts.quantities.is_none() {
+            warnings.extend(doubts_of_labels(&file, &y_names, &all));
+        }
+        let values_are = values.as_ref().and_then(|values| values_said(values.quantities(), options));
+        let read_as = described(table, columns, channels.len(), timing).into_iter().chain(mended.said());
+        let groups = groups(&all, columns.group.map(name), &file, options)?;
+        let official =
+            columns.test.map(|at| (name(at), all.iter().filter_map(|recording| recording.mark).collect()));
+        Ok(Raw {
+            name: set,
+            file,
+            dtype: table.dtype().into(),
+            format: layout(columns),
+            channel_names: channels.iter().map(|at| name(*at)).collect(),
+            x_name: "the table".into(),
+            y_name: if y_names.is_empty() { "label".into() } else { y_names.join(", ") },
+            y,
+            columns: if values.is_some() { 1 } else { y_names.len().max(1) },
+            names,
+            values,
+            steps,
+            facts,
+            groups,
+            official,
+            x,
+            origins: all.into_iter().map(|recording| recording.name).collect(),
+            others: texts.iter().map(|at| name(*at)).collect(),
+            ignored: ignored(table, columns, texts),
+            read_as: read_as.chain(values_are).collect(),
+            warnings,
+            table: Some(remembered(table, columns, channels)),
+            ..Raw::default()
+        })
     }
-    let x = x.ok_or_else(|| Error::NoSamples { at: file.clone() })?;
-    let stored = StoredTargets { table, all: &all, names: &y_names };
-    let TableTargets { y, names, values, steps } =
-        stored.read(steps.as_ref(), timing, (names, &facts), options)?;
-    let mut warnings: Vec<String> = table.left_out.iter().cloned().chain(doubts).collect();
-    warnings.extend(doubts_of_texts(table, &texts)?);
-    if values.is_none() && facts.quantities.is_none() {
-        warnings.extend(doubts_of_labels(&file, &y_names, &all));
-    }
-    let y_name = if y_names.is_empty() { "label".into() } else { y_names.join(", ") };
-    let values_are = values.as_ref().and_then(|values| values_said(values.quantities(), options));
-    let read_as = described(table, &columns, channels.len(), timing).into_iter().chain(mended.said());
-    let read_as = read_as.chain(values_are).collect();
-    let ignored = ignored(table, &columns, &texts);
-    let groups = groups(&all, columns.group.map(name), &file, options)?;
-    let official =
-        columns.test.map(|at| (name(at), all.iter().filter_map(|recording| recording.mark).collect()));
-    let origins = all.into_iter().map(|recording| recording.name).collect();
-    Ok(Raw {
-        name: set,
-        file,
-        dtype: table.dtype().into(),
-        format: layout(&columns),
-        channel_names: channels.iter().map(|at| name(*at)).collect(),
-        x_name: "the table".into(),
-        y_name,
-        y,
-        columns: if values.is_some() { 1 } else { y_names.len().max(1) },
-        names,
-        values,
-        steps,
-        facts,
-        groups,
-        official,
-        x,
-        origins,
-        others: texts.iter().map(|at| name(*at)).collect(),
-        ignored,
-        read_as,
-        warnings,
-        table: Some(remembered(table, &columns, &channels)),
-        ..Raw::default()
-    })
 }
 
 /// Lists the columns that are not read, and why; `texts` are passed over under another name.
