@@ -279,7 +279,7 @@ fn images_leave_whole_and_what_is_no_image_of_the_sensor_is_refused() {
 #[test]
 fn several_attributes_leave_one_after_the_other() {
     let ran = Ran(tempfile::tempdir().unwrap());
-    let value = |i: usize| ((i * 2_654_435_761 >> 7) % 1000) as f32 / 1000.0 + (i / 250 % 3) as f32;
+    let value = |i: usize| (((i * 2_654_435_761) >> 7) % 1000) as f32 / 1000.0 + (i / 250 % 3) as f32;
     let x: Vec<f32> = (0..60 * 250).map(value).collect();
     let y: Vec<f32> = (0..60).flat_map(|i| [(i % 3) as f32, (i % 2) as f32]).collect();
     let mut npz = taxel::data::Npz::default();

@@ -50,7 +50,7 @@ impl Shares {
 
     /// Writes the statements that make probabilities of a row of all attributes.
     pub(super) fn text(self, has_temperature: bool) -> String {
-        let temper = if has_temperature { "        temper(row, count);\n" } else { "" };
+        let temper = if has_temperature { "        temper(row + at, count);\n" } else { "" };
         include_str!("../c/attributes/each.c")
             .replace("@function@", self.function())
             .replace("@temper@", temper)
@@ -70,6 +70,6 @@ pub(super) fn header(attributes: &[Attribute]) -> String {
 /// Writes names and numbers of classes.
 pub(super) fn tables(attributes: &[Attribute]) -> String {
     let names = quoted(attributes.iter().map(|one| &one.name));
-    let sizes: Vec<String> = attributes.iter().map(|one| one.classes.len().to_string()).collect();
+    let sizes: Vec<String> = attributes.iter().map(|one| format!("{}u", one.classes.len())).collect();
     include_str!("../c/attributes/tables.c").replace("@names@", &names).replace("@sizes@", &sizes.join(", "))
 }

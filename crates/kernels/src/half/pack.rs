@@ -4,7 +4,7 @@
 //! [`supported`](super::supported) is an error.
 
 use super::support::assert_supported;
-use crate::lengths::{at_least, exactly};
+use crate::lengths::{at_least, exactly, reach};
 
 /// Makes pairs of neighbours in rows of `len` values that start `pitch` apart: rows of `len / 2` pairs, rounded up, the
 /// last with 0 where `len` is odd.
@@ -14,9 +14,11 @@ pub(crate) fn pair_columns_of_rows(len: usize, pitch: usize, x: &[f32], pairs: &
     if width == 0 {
         return;
     }
+    let rows = pairs.len() / width;
+    at_least("values to be rounded", x.len(), reach(rows, pitch, len));
     if pitch == len && len.is_multiple_of(2) {
         // All rows are one.
-        return neighbours(&x[..pairs.len() / width * len], &mut pairs[..]);
+        return neighbours(&x[..rows * len], &mut pairs[..rows * width]);
     }
     for (row, pairs) in pairs.chunks_exact_mut(width).enumerate() {
         neighbours(&x[row * pitch..][..len], pairs);
