@@ -25,7 +25,7 @@ fn probabilities_of_attributes_follow_each_other() {
     for wanted in ["_CLASSES 5u", "_ATTRIBUTES 2u", "_CLASSES_0 2u /* \"shore\" * / */", "_CLASSES_1 3u"] {
         assert!(header.contains(wanted), "{wanted}: {header}");
     }
-    assert!(text("src/taxel_mlp.c").contains("attribute_classes[TAXEL_MLP_ATTRIBUTES] = {2, 3};"));
+    assert!(text("src/taxel_mlp.c").contains("attribute_classes[TAXEL_MLP_ATTRIBUTES] = {2u, 3u};"));
     assert!(text("README.md").contains("| attributes | 2: \"shore\" * / (5, 10); größe (s, m?, l) |"));
     // Each attribute's shares are its own.
     for row in case.expected.answers.chunks(5) {
