@@ -93,21 +93,28 @@ def networks(taxel, x, y, train, test, args):
     return [("fit of resnet8-lite-1d", "PyTorch", times["taxel"], times["PyTorch"], accuracy["taxel"], accuracy["PyTorch"])]
 
 
+def rocket_rows(name, ours, theirs, score, x, y, train, test, rounds):
+    """Rows of `fit` and `predict` of one of taxel's estimators and one of aeon's; `score` says how good answers are."""
+    times, fitted = interleaved(rounds, {"taxel": lambda: ours().fit(x[train], y[train]), "aeon": lambda: theirs().fit(x[train], y[train])})
+    asked = {who: (lambda own=own: own.predict(x[test])) for who, own in fitted.items()}
+    answers, said = interleaved(3 * rounds, asked)
+    scores = [float(score(said[who], y[test])) for who in ("taxel", "aeon")]
+    return [
+        (f"fit of {name}", "aeon", times["taxel"], times["aeon"], *scores),
+        (f"predict of {name}", "aeon", answers["taxel"], answers["aeon"], *scores),
+    ]
+
+
 def rockets(taxel, x, y, train, test, args):
     from aeon.classification.convolution_based import MiniRocketClassifier
 
-    fit = {
-        "taxel": lambda: taxel.MiniRocket(10_000, n_jobs=args.threads).fit(x[train], y[train]),
-        "aeon": lambda: MiniRocketClassifier(n_kernels=10_000, n_jobs=args.threads, random_state=0).fit(x[train], y[train]),
-    }
-    times, fitted = interleaved(args.rounds, fit)
-    asked = {name: (lambda own=own: own.predict(x[test])) for name, own in fitted.items()}
-    answers, said = interleaved(3 * args.rounds, asked)
-    right = {name: float((own == y[test]).mean()) for name, own in said.items()}
-    return [
-        ("fit of MiniRocket", "aeon", times["taxel"], times["aeon"], right["taxel"], right["aeon"]),
-        ("predict of MiniRocket", "aeon", answers["taxel"], answers["aeon"], right["taxel"], right["aeon"]),
-    ]
+    def ours():
+        return taxel.MiniRocket(10_000, n_jobs=args.threads)
+
+    def theirs():
+        return MiniRocketClassifier(n_kernels=10_000, n_jobs=args.threads, random_state=0)
+
+    return rocket_rows("MiniRocket", ours, theirs, lambda said, true: (said == true).mean(), x, y, train, test, args.rounds)
 
 
 def newtons(taxel):
@@ -145,18 +152,13 @@ def value_networks(taxel, x, y, train, test, args):
 def value_rockets(taxel, x, y, train, test, args):
     from aeon.regression.convolution_based import MiniRocketRegressor
 
-    fit = {
-        "taxel": lambda: taxel.MiniRocketRegressor(10_000, n_jobs=args.threads).fit(x[train], y[train]),
-        "aeon": lambda: MiniRocketRegressor(n_kernels=10_000, n_jobs=args.threads, random_state=0).fit(x[train], y[train]),
-    }
-    times, fitted = interleaved(args.rounds, fit)
-    asked = {name: (lambda own=own: own.predict(x[test])) for name, own in fitted.items()}
-    answers, said = interleaved(3 * args.rounds, asked)
-    off = {name: float(np.abs(own - y[test]).mean()) for name, own in said.items()}
-    return [
-        ("fit of MiniRocketRegressor", "aeon", times["taxel"], times["aeon"], off["taxel"], off["aeon"]),
-        ("predict of MiniRocketRegressor", "aeon", answers["taxel"], answers["aeon"], off["taxel"], off["aeon"]),
-    ]
+    def ours():
+        return taxel.MiniRocketRegressor(10_000, n_jobs=args.threads)
+
+    def theirs():
+        return MiniRocketRegressor(n_kernels=10_000, n_jobs=args.threads, random_state=0)
+
+    return rocket_rows("MiniRocketRegressor", ours, theirs, lambda said, true: np.abs(said - true).mean(), x, y, train, test, args.rounds)
 
 
 def copies(taxel, x, y):

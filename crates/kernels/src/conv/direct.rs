@@ -7,7 +7,7 @@
 use std::ops::Range;
 
 use crate::lengths::{at_least, exactly, image};
-use crate::tile::{ColumnBlock, Start, Tile, columns, even, pair_columns};
+use crate::tile::{ColumnBlock, Start, Tile, columns, columns_of, even};
 use crate::view::Rectifier;
 use crate::window::Window3;
 
@@ -106,6 +106,11 @@ impl Direct {
         Some(Direct { run: half, step: 2, weight_len, paired: true, ..plan })
     }
 
+    /// Checks whether pairs are of neighbouring values of a row, in place of channels.
+    pub fn is_along(&self) -> bool {
+        self.step == 2
+    }
+
     /// Returns where the rows of outputs start, in the padded input and the output.
     pub fn starts(&self) -> &[(usize, usize)] {
         &self.starts
@@ -149,11 +154,7 @@ impl Direct {
             unsafe { self.output_blocks(group, columns, start, padded, weight, y) };
         };
         for group in 0..self.sizes.groups {
-            if self.paired {
-                pair_columns(out).for_each(|columns| block(group, &columns, y));
-            } else {
-                columns(out).for_each(|columns| block(group, &columns, y));
-            }
+            columns_of(out, self.paired).for_each(|columns| block(group, &columns, y));
         }
     }
 
@@ -197,8 +198,9 @@ impl Direct {
                 };
                 // SAFETY: the last value that `a` reaches, a window's last tap (rows - 1) strides further, is
                 // at most the last of the padded input, whose size `ConvSizes::reach` gives by just these
-                // positions; of pairs along the stretch the last begins at or before it. `b` walks the weights of this group; `c` covers `rows` outputs of these filters.
-                // The caller guarantees the lengths and the bias; `y` is borrowed exclusively.
+                // positions; of pairs along the stretch the last begins at or before it. `b` walks the weights of this
+                // group; `c` covers `rows` outputs of these filters. The caller guarantees the lengths and the bias;
+                // `y` is borrowed exclusively.
                 unsafe { columns.kernel(rows)(&tile) };
             }
         }

@@ -22,8 +22,6 @@ pub(crate) struct HalfDirect {
     floats: Direct,
     /// That of pairs.
     pairs: Direct,
-    /// Whether pairs are of neighbouring values of a row, in place of channels.
-    along: bool,
     /// Where the rows of outputs start, in the padded input and among the pairs of outputs.
     starts: Vec<(usize, usize)>,
 }
@@ -37,18 +35,14 @@ impl HalfDirect {
         }
         let ConvSizes { window, dilation, channels, filters, groups } = sizes;
         let along = (channels % 2 == 1).then(|| Direct::paired_along(sizes)).flatten();
-        let (pairs, along) = match along {
-            Some(pairs) => (pairs, true),
-            None => {
-                let of_pairs = ConvSizes::new(window, dilation, channels.div_ceil(2), filters, groups);
-                (Direct::paired(of_pairs), false)
-            }
-        };
+        let across =
+            || Direct::paired(ConvSizes::new(window, dilation, channels.div_ceil(2), filters, groups));
+        let pairs = along.unwrap_or_else(across);
         let floats = Direct::new(sizes);
         let row = window.output[2].div_ceil(2) * filters;
         let starts =
             floats.starts().iter().enumerate().map(|(line, &(from, _))| (from, line * row)).collect();
-        Some(HalfDirect { sizes, pairs, along, floats, starts })
+        Some(HalfDirect { sizes, pairs, floats, starts })
     }
 
     pub fn packed_len(&self) -> usize {
@@ -70,7 +64,7 @@ impl HalfDirect {
     /// its values in × channels out.
     pub fn pack(&self, weight: &[f32], packed: &mut [f32]) {
         let [inner, out] = self.sizes.of_group();
-        let rows = if self.along { inner * self.sizes.window.kernel[2] } else { inner };
+        let rows = if self.pairs.is_along() { inner * self.sizes.window.kernel[2] } else { inner };
         at_least("weights of a convolution", weight.len(), self.sizes.weight_len());
         at_least("packed weights", packed.len(), self.packed_len());
         let packed = packed.chunks_exact_mut(rows.div_ceil(2) * out);
@@ -85,7 +79,7 @@ impl HalfDirect {
         at_least("padded input of a convolution", padded.len(), self.floats.padded_len());
         at_least("scratch of a convolution", work.len(), self.work_len());
         let pairs = &mut work[..self.pairs.padded_len()];
-        if self.along {
+        if self.pairs.is_along() {
             pair_with_later(1, &padded[..pairs.len()], pairs);
         } else {
             pair_columns_of_rows(channels, channels, padded, pairs);

@@ -179,23 +179,31 @@ impl ColumnBlock {
 
 /// Cuts `width` columns into those of single kernels.
 pub(crate) fn columns(width: usize) -> impl Iterator<Item = ColumnBlock> {
-    cut(width, kernels(), narrow())
-}
-
-/// Cuts `width` columns as [`columns`] does, or as [`pair_columns`].
-pub(crate) fn columns_of(width: usize, paired: bool) -> impl Iterator<Item = ColumnBlock> {
-    let (floats, pairs) = if paired { (0, width) } else { (width, 0) };
-    columns(floats).chain((pairs > 0).then(|| pair_columns(pairs)).into_iter().flatten())
+    columns_of(width, false)
 }
 
 /// Cuts `width` columns of products of pairs of bf16; panics where the CPU has no such products.
 pub(crate) fn pair_columns(width: usize) -> impl Iterator<Item = ColumnBlock> {
+    columns_of(width, true)
+}
+
+/// Cuts `width` columns as [`columns`] does, or as [`pair_columns`].
+pub(crate) fn columns_of(width: usize, paired: bool) -> impl Iterator<Item = ColumnBlock> {
+    let (wide, narrow) = if paired { pair_kernels() } else { (kernels(), narrow()) };
+    cut(width, wide, narrow)
+}
+
+/// Returns the kernels of pairs of bf16, wide and narrow.
+fn pair_kernels() -> (&'static Kernels, &'static Kernels) {
     crate::half::assert_supported();
     #[cfg(target_arch = "x86_64")]
-    let (wide, narrow) = (&PAIRS, &NARROW_PAIRS);
+    {
+        (&PAIRS, &NARROW_PAIRS)
+    }
     #[cfg(not(target_arch = "x86_64"))]
-    let (wide, narrow) = (kernels(), narrow());
-    cut(width, wide, narrow)
+    {
+        (kernels(), narrow())
+    }
 }
 
 fn cut(width: usize, wide: &'static Kernels, narrow: &'static Kernels) -> impl Iterator<Item = ColumnBlock> {

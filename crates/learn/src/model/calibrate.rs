@@ -49,8 +49,7 @@ impl Model {
             )));
         }
         if let Task::Values(quantities) = &card.task {
-            let held = self.held_out_values(quantities, x, dataset)?;
-            return self.with_intervals_on(&held, x, dataset);
+            return self.calibrated_values(quantities, x, dataset);
         }
         let held = HeldOut { truth: card.labels_of(dataset).map_err(refuse)?, ..HeldOut::default() };
         let plain = self.clone().with_certainty(None);
@@ -72,18 +71,19 @@ impl Model {
                 let certainty = certainty.with_readings(&held, readings, &levels);
                 Ok(plain.with_certainty(Some(certainty)))
             }
-            None => Err(refuse(format!("cannot be calibrated on {n} samples; give 30 or more"))),
+            None => Err(refuse(too_few(n))),
         }
     }
 
-    /// Predicts raw samples `x`, whose true values are those of `dataset`.
-    fn held_out_values(
+    /// Returns the same model with intervals, and a gate of readings, that are fitted to its answers for raw samples `x`.
+    fn calibrated_values(
         &self,
         quantities: &[Quantity],
         x: &ArrayRef<f32, IxDyn>,
         dataset: &Dataset,
-    ) -> Result<HeldOutValues> {
-        let refuse = |reason: String| Error::Calibration { model: self.card().name.clone(), reason };
+    ) -> Result<Model> {
+        let card = self.card();
+        let refuse = |reason: String| Error::Calibration { model: card.name.clone(), reason };
         let names = quantities.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
         let values = dataset.targets.values();
         let values =
@@ -91,34 +91,27 @@ impl Model {
         let values = values
             .of_quantities(quantities)
             .map_err(|here| refuse(format!("answers {names}, and the recordings have {here}")))?;
-        let predictions = self.predictor(self.card().batch(), 1)?.predict(x)?;
+        let predictor = self.predictor(card.batch(), 1)?;
+        let predictions = predictor.predict(x)?;
         let groups = dataset.groups.clone();
-        Ok(HeldOutValues {
+        let n = dataset.len();
+        let held = HeldOutValues {
             quantities: quantities.len(),
             truth: values.values().to_vec(),
             predicted: predictions.outputs,
             spread: predictions.spread,
-            parts: groups.clone().unwrap_or_else(|| vec![0; dataset.len()]),
-            rows: (0..dataset.len()).collect(),
+            parts: groups.clone().unwrap_or_else(|| vec![0; n]),
+            rows: (0..n).collect(),
             groups,
-        })
-    }
-
-    /// Fits intervals, and the gate of readings, to values of raw samples `x`.
-    fn with_intervals_on(
-        &self,
-        held: &HeldOutValues,
-        x: &ArrayRef<f32, IxDyn>,
-        dataset: &Dataset,
-    ) -> Result<Model> {
-        let card = self.card();
-        let Some(intervals) = Intervals::fit(held, HeldOutParts::Recordings, &dataset.digest) else {
-            let reason = format!("cannot be calibrated on {} samples; give 30 or more", held.len());
-            return Err(Error::Calibration { model: card.name.clone(), reason });
         };
-        let predictor = self.predictor(card.batch(), 1)?;
+        let intervals = Intervals::fit(&held, HeldOutParts::Recordings, &dataset.digest);
+        let intervals = intervals.ok_or_else(|| refuse(too_few(n)))?;
         let kept = predictor.kept(x)?;
         let readings = (card.spec.layout, &*predictor.mended(&kept));
-        Ok(self.clone().with_intervals(Some(intervals.with_readings(held, readings))))
+        Ok(self.clone().with_intervals(Some(intervals.with_readings(&held, readings))))
     }
+}
+
+fn too_few(samples: usize) -> String {
+    format!("cannot be calibrated on {samples} samples; give 30 or more")
 }

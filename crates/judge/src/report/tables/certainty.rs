@@ -62,7 +62,10 @@ pub(super) fn certainty(rows: &[RowCertainty]) -> Table {
             }),
         ]);
     }
-    let few = few_groups(rows);
+    let mut few = few_groups(rows.iter().find_map(|row| row.certainty.fitted_on.groups));
+    if !few.is_empty() {
+        few += ": what sets covered is what was seen";
+    }
     let caption = format!(
         "Expected calibration error in 15 bins, each part at the temperature of the others; to expect: that of a model whose \
          probabilities are right, with as many samples{few}{}",
@@ -71,15 +74,11 @@ pub(super) fn certainty(rows: &[RowCertainty]) -> Table {
     Table::new(table::CERTAINTY, caption, columns, rows)
 }
 
-/// Says that there are too few groups for a promise, and how many that needs; empty where there are enough.
-fn few_groups(rows: &[RowCertainty]) -> String {
+/// Says that there are too few groups for a promise, and how many that needs; empty where there are enough, or none.
+pub(super) fn few_groups(groups: Option<usize>) -> String {
     let needed = groups_needed(0.9);
-    let groups = rows.iter().find_map(|row| row.certainty.fitted_on.groups);
     groups.filter(|groups| *groups < needed).map_or(String::new(), |few| {
-        format!(
-            ". With {few} groups nothing can be promised at 90 % for a new one, which needs {needed}: what sets covered is what was \
-             seen"
-        )
+        format!(". With {few} groups nothing can be promised at 90 % for a new one, which needs {needed}")
     })
 }
 

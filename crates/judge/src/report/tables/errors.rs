@@ -1,9 +1,9 @@
 //! How far values lie from the true ones.
 
-use taxel_learn::certainty::groups_needed;
 use taxel_report::numbers::tenth;
 use taxel_report::table::{Cell, Column, Table};
 
+use super::certainty::few_groups;
 use crate::report::names::table;
 use crate::values::{QuantityErrors, RowErrors};
 
@@ -40,11 +40,7 @@ pub(super) fn errors(rows: &[RowErrors], groups: Option<usize>) -> Table {
             row.1.interval.map(|interval| interval.width)
         }),
     ];
-    let needed = groups_needed(0.9);
-    let few = groups.filter(|groups| *groups < needed).map_or(String::new(), |groups| {
-        format!(". With {groups} groups nothing can be promised at 90 % for a new one, which needs {needed}")
-    });
     let caption = "Errors of the test parts together, in the unit of each quantity. Intervals are fitted to the errors of the \
                    other parts; what they covered was seen, and is no promise for a new group";
-    Table::new(table::ERRORS, format!("{caption}{few}"), columns, &rows)
+    Table::new(table::ERRORS, format!("{caption}{}", few_groups(groups)), columns, &rows)
 }

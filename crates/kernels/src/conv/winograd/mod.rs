@@ -18,7 +18,7 @@ use crate::window::Window3;
 /// Channels and filters from which on squares pay.
 const WIDE: usize = 16;
 /// The same for squares of bf16, whose products take half as long.
-const WIDE_PAIRED: usize = 32;
+pub(crate) const WIDE_PAIRED: usize = 32;
 /// The same for lines, whose transforms are shorter.
 const NARROW: usize = 8;
 

@@ -4,6 +4,7 @@
 //! (F(2×2, 3×3)). The transformed factors are rounded to bf16; transforms and sums are floats.
 
 use crate::buffer::Buffer;
+use crate::conv::winograd::WIDE_PAIRED;
 use crate::conv::winograd::grid::{TILE, TileGrid};
 use crate::conv::winograd::square_transforms::{gather_output, pack, spread_input};
 use crate::conv::{Begin, ConvKind};
@@ -14,9 +15,6 @@ use crate::lengths::{at_least, exactly};
 use crate::tile::{ColumnBlock, Start, Tile, even, pair_columns};
 use crate::view::{AffineView, Rectifier};
 use crate::window::Window3;
-
-/// Channels and filters from which on transforms cost less than the products that they save.
-const WIDE: usize = 32;
 
 /// A convolution with its transformed weights in bf16.
 pub struct Winograd {
@@ -37,7 +35,7 @@ impl Winograd {
     /// Checks whether a convolution with fewer products in floats has fewer in bf16, too.
     pub fn pays(window: &Window3, kind: ConvKind, channels: usize, filters: usize) -> bool {
         let is_square = window.kernel == [1, 3, 3] && window.output[0] == 1 && window.input[0] == 1;
-        let wide = channels.min(filters) >= WIDE && channels.is_multiple_of(2);
+        let wide = channels.min(filters) >= WIDE_PAIRED && channels.is_multiple_of(2);
         kind == ConvKind::Winograd && is_square && wide
     }
 
